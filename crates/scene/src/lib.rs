@@ -1,0 +1,3 @@
+//! What is there: shapes, textures, materials, lights, cameras; answers queries.
+
+pub mod description;

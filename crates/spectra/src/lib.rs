@@ -1,0 +1,5 @@
+//! Colour.
+
+mod spectrum;
+
+pub use spectrum::Spectrum;
