@@ -1,1 +1,3 @@
-//! To be written.
+//! Readers of scenes.
+
+pub mod resources;

@@ -1,0 +1,166 @@
+//! Cameras, film, sampler and method as files ask for them.
+
+use super::{MediumId, Span};
+use kaustika_math::Transform;
+
+/// A camera and its film. Camera space: +x right in the picture, +y up, +z forward.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CameraDesc {
+    /// Name or id; may be empty.
+    pub name: String,
+    /// Kind and optics.
+    pub kind: CameraKind,
+    /// Camera to world; may mirror.
+    pub transform: Transform,
+    /// Opening and closing of the shutter.
+    pub shutter: [f32; 2],
+    /// Medium it stands in.
+    pub medium: Option<MediumId>,
+    /// Its film.
+    pub film: FilmDesc,
+    /// Sampler kind as in `--sampler`; `None`: the default.
+    pub sampler: Option<String>,
+    /// Samples a pixel the file asks for.
+    pub spp: Option<u64>,
+    /// Seed.
+    pub seed: u64,
+    /// Where it was written.
+    pub span: Option<Span>,
+}
+
+/// Optics.
+#[derive(Clone, Debug, PartialEq)]
+pub enum CameraKind {
+    /// Pinhole or thin lens.
+    Perspective {
+        /// Field of view, degrees.
+        fov: f32,
+        /// What it spans.
+        fov_axis: FovAxis,
+        /// Principal point offset in fractions of the picture (Mitsuba).
+        principal_point: [f32; 2],
+        /// Screen window x0, x1, y0, y1 at distance 1/tan(fov/2) (pbrt); overrides the aspect.
+        screen_window: Option<[f32; 4]>,
+        /// Radius of the lens; 0 is a pinhole.
+        lens_radius: f32,
+        /// Distance of the plane in focus, along z.
+        focus_distance: f32,
+        /// Points nearer than this (along z) are not seen.
+        near_clip: f32,
+        /// Points farther than this are not seen.
+        far_clip: f32,
+    },
+    /// Parallel projection: the picture spans [-1,1] times the aspect in camera space.
+    Orthographic {
+        /// Screen window x0, x1, y0, y1; `None`: [-1,1] along the axis in `unit_axis`.
+        screen_window: Option<[f32; 4]>,
+        /// The axis along which the picture spans [-1,1]: pbrt the shorter, Mitsuba x.
+        unit_axis: FovAxis,
+        /// Radius of the lens; 0 is a pinhole.
+        lens_radius: f32,
+        /// Distance of the plane in focus.
+        focus_distance: f32,
+        /// Points nearer than this (along z) are not seen.
+        near_clip: f32,
+        /// Points farther than this are not seen.
+        far_clip: f32,
+    },
+    /// All directions (pbrt's spherical camera; its camera space has +y up).
+    Spherical {
+        /// True: equal-area octahedral; false: latitude-longitude.
+        equal_area: bool,
+    },
+}
+
+/// What a field of view spans.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FovAxis {
+    /// Width.
+    X,
+    /// Height.
+    Y,
+    /// The shorter side (pbrt).
+    Smaller,
+    /// The longer side.
+    Larger,
+    /// The diagonal.
+    Diagonal,
+}
+
+/// The film of a camera.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FilmDesc {
+    /// Width and height in pixels, before cropping.
+    pub resolution: [u32; 2],
+    /// Pixels rendered: x0, y0, x1, y1, end exclusive.
+    pub crop: Option<[u32; 4]>,
+    /// Reconstruction filter: name as `--filter` takes it, with its parameters.
+    pub filter: FilterChoice,
+    /// File name the scene asks for.
+    pub filename: Option<String>,
+    /// Multiplies radiance: pbrt's exposure time x ISO / 100.
+    pub imaging_ratio: f32,
+    /// White point for white balance as correlated colour temperature, K; `None`: off.
+    pub white_balance: Option<f32>,
+    /// Components above this are clamped (pbrt's maxcomponentvalue); `None`: never.
+    pub max_component: Option<f32>,
+    /// Feature layers asked for (pbrt's gbuffer, Mitsuba's aov): names as `--aov` takes them.
+    pub aovs: Vec<String>,
+}
+
+/// A reconstruction filter and the radii the file gives.
+#[derive(Clone, Debug, PartialEq)]
+pub enum FilterChoice {
+    /// pbrt: 0.5; Mitsuba: 0.5.
+    Box {
+        /// Radii in x and y, pixels.
+        radius: [f32; 2],
+    },
+    /// Tent.
+    Triangle {
+        /// Radii in x and y, pixels.
+        radius: [f32; 2],
+    },
+    /// exp(-x²/2σ²) less its value at the border.
+    Gaussian {
+        /// Radii in x and y, pixels.
+        radius: [f32; 2],
+        /// Standard deviation, pixels.
+        sigma: f32,
+    },
+    /// Mitchell & Netravali 1988.
+    Mitchell {
+        /// Radii in x and y, pixels.
+        radius: [f32; 2],
+        /// B.
+        b: f32,
+        /// C.
+        c: f32,
+    },
+    /// Windowed sinc.
+    LanczosSinc {
+        /// Radii in x and y, pixels.
+        radius: [f32; 2],
+        /// Lobes of the window.
+        tau: f32,
+    },
+}
+
+/// The method a file asks for. Depths count as pbrt's: 0 emission only, 1 direct light.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct IntegratorDesc {
+    /// Name in the file, as written.
+    pub name: String,
+    /// Longest path; `None`: no limit.
+    pub max_depth: Option<u32>,
+    /// Scattering events before Russian roulette starts; `None`: the method's default.
+    pub rr_depth: Option<u32>,
+    /// True: light sources are not seen directly by the camera.
+    pub hide_emitters: bool,
+    /// True: strictly geometric-normal consistent paths only (Mitsuba 0.6 `strictNormals`).
+    pub strict_normals: bool,
+    /// pbrt's lightsampler: uniform, power, bvh; `None`: the default.
+    pub light_sampler: Option<String>,
+    /// Where it was written.
+    pub span: Option<Span>,
+}

@@ -1,0 +1,128 @@
+//! Lights that are not surfaces.
+
+use super::{Bitmap, MediumId, Span, TextureId};
+use kaustika_math::Transform;
+use kaustika_spectra::{ColorSpace, SpectrumDesc};
+use std::sync::Arc;
+
+/// A light without a surface, in world space.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LightDesc {
+    /// Name or id in the file; may be empty.
+    pub name: String,
+    /// Its kind.
+    pub kind: LightKind,
+    /// Light to world.
+    pub transform: Transform,
+    /// Medium it stands in.
+    pub medium: Option<MediumId>,
+    /// Where it was written.
+    pub span: Option<Span>,
+}
+
+/// Kinds of lights. Every spectrum has the role of an illuminant and is multiplied by `scale`.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LightKind {
+    /// At the origin of its space, the same in every direction.
+    Point {
+        /// Radiant intensity, W/sr.
+        intensity: SpectrumDesc,
+        /// Multiplies it.
+        scale: f32,
+        /// Total power instead of `scale`, W.
+        power: Option<f32>,
+    },
+    /// At the origin, along +z.
+    Spot {
+        /// Radiant intensity on the axis, W/sr.
+        intensity: SpectrumDesc,
+        /// Multiplies it.
+        scale: f32,
+        /// Total power instead of `scale`, W.
+        power: Option<f32>,
+        /// Half-angle of the cone, degrees.
+        cutoff: f32,
+        /// Half-angle inside which there is no falloff, degrees.
+        beam_width: f32,
+        /// Shape of the falloff between the two.
+        falloff: SpotFalloff,
+        /// Projected slide, over the square that bounds the cone (Mitsuba's `texture`).
+        texture: Option<TextureId>,
+    },
+    /// Parallel light along +z of its space.
+    Directional {
+        /// Irradiance on a surface facing it, W/m².
+        irradiance: SpectrumDesc,
+        /// Multiplies it.
+        scale: f32,
+        /// Illuminance of a facing surface instead of `scale` (pbrt's `illuminance`).
+        illuminance: Option<f32>,
+    },
+    /// The same radiance from everywhere.
+    Constant {
+        /// Radiance, W/(m² sr).
+        radiance: SpectrumDesc,
+        /// Multiplies it.
+        scale: f32,
+        /// Illuminance of a surface under the upper hemisphere instead of `scale`.
+        illuminance: Option<f32>,
+    },
+    /// Radiance from an image around the scene.
+    Image {
+        /// RGB radiance.
+        bitmap: Arc<Bitmap>,
+        /// Colour space of the image.
+        space: ColorSpace,
+        /// How directions map to it, in light space.
+        layout: EnvironmentLayout,
+        /// Multiplies it.
+        scale: f32,
+        /// Illuminance of a surface under the upper hemisphere instead of `scale`.
+        illuminance: Option<f32>,
+    },
+    /// An image projected from the origin along +z (pbrt's and Mitsuba's projector).
+    Projection {
+        /// RGB intensity.
+        bitmap: Arc<Bitmap>,
+        /// Colour space.
+        space: ColorSpace,
+        /// Field of view of the longer axis (pbrt: the shorter), degrees; the reader converts
+        /// to the horizontal one.
+        fov_x: f32,
+        /// Multiplies it.
+        scale: f32,
+        /// Total power instead of `scale`, W.
+        power: Option<f32>,
+    },
+    /// A point light whose intensity is an image over directions, equal-area octahedral (pbrt).
+    Goniometric {
+        /// Base intensity.
+        intensity: SpectrumDesc,
+        /// Factor over directions.
+        bitmap: Arc<Bitmap>,
+        /// Multiplies it.
+        scale: f32,
+        /// Total power instead of `scale`, W.
+        power: Option<f32>,
+    },
+}
+
+/// Falloff of a spot light between beam width and cutoff.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SpotFalloff {
+    /// Linear in the angle (Mitsuba).
+    LinearAngle,
+    /// Smoothstep in the cosine (pbrt-v4).
+    SmoothstepCosine,
+}
+
+/// How an environment image covers the sphere.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EnvironmentLayout {
+    /// Latitude-longitude as Mitsuba has it: +y up in light space; direction
+    /// (sin φ sin θ, cos θ, -cos φ sin θ) at (u, v) = (φ/2π, θ/π), bilinear between texel
+    /// centres.
+    LatLong,
+    /// Equal-area octahedral, +z up (pbrt-v4).
+    EqualArea,
+}
