@@ -1,1 +1,4 @@
-//! To be written.
+//! Readers of scene files: what others wrote, turned into
+//! [`kaustika_scene::description`].
+
+pub mod mesh;
