@@ -1,3 +1,5 @@
-//! Readers of scenes.
+//! Readers of scene files: what others wrote, turned into
+//! [`kaustika_scene::description`].
 
+pub mod mesh;
 pub mod resources;
