@@ -114,17 +114,18 @@ impl CompiledSpectrum {
 
     /// All values times `scale`.
     pub fn scaled(&self, scale: f32) -> CompiledSpectrum {
-        let values = match &self.values {
-            Values::Lanes(s) => Values::Lanes(*s * scale),
-            Values::Sigmoid(s) => Values::Dense(DenseSpectrum::from_fn(|l| scale * s.at(l))),
-            Values::Dense(d) => Values::Dense(d.map(|_, v| scale * v)),
+        let dense = match &self.values {
+            Values::Lanes(s) => {
+                let lanes = *s * scale;
+                let max = lanes.0[0].max(lanes.0[1]).max(lanes.0[2]);
+                let luminance = scale * self.luminance;
+                return CompiledSpectrum { values: Values::Lanes(lanes), luminance, max };
+            }
+            Values::Sigmoid(s) => DenseSpectrum::from_fn(|l| scale * s.at(l)),
+            Values::Dense(d) => d.map(|_, v| scale * v),
         };
-        let max = match &values {
-            Values::Lanes(s) => s.0[0].max(s.0[1]).max(s.0[2]),
-            Values::Sigmoid(_) => self.max,
-            Values::Dense(d) => d.max(),
-        };
-        CompiledSpectrum { values, luminance: scale * self.luminance, max }
+        let (max, luminance) = (dense.max(), scale * self.luminance);
+        CompiledSpectrum { values: Values::Dense(dense), luminance, max }
     }
 }
 

@@ -58,7 +58,8 @@ impl DenseSpectrum {
     #[inline]
     pub fn at(&self, lambda: f32) -> f32 {
         let x = (lambda - LAMBDA_MIN).clamp(0.0, LAMBDA_MAX - LAMBDA_MIN);
-        let i = (x as usize).min(NODES - 1);
+        // Through i32, which the machine converts faster.
+        let i = (x as i32 as usize).min(NODES - 1);
         let (a, b) = (self.values[i], self.values[i + 1]);
         a + (x - i as f32) * (b - a)
     }

@@ -77,12 +77,16 @@ impl Fitter {
         }
         let y: f64 = (0..3).map(|k| self.rgb_to_xyz[1][k] * rgb[k] as f64).sum();
         let grey = SigmoidPolynomial::constant(y.clamp(0.01, 0.99) as f32).c;
-        let c = self.fit_from(rgb.map(f64::from), grey.map(f64::from), 100);
+        let (c, _) = self.fit_from(rgb.map(f64::from), grey.map(f64::from), 100);
         SigmoidPolynomial { c: c.map(|v| v as f32) }
     }
 
-    /// As `fit`, from a first guess, unclamped, of at most `limit` steps.
-    pub fn fit_from(&self, rgb: Vec3, start: Vec3, limit: usize) -> Vec3 {
+    /// As `fit`, from a first guess, unclamped, of at most `limit` steps. Also gives the squared
+    /// Lab distance that remains.
+    pub fn fit_from(&self, rgb: Vec3, start: Vec3, limit: usize) -> (Vec3, f64) {
+        // Lab is linear near black: keep the relative accuracy of dark colours.
+        let brightest = rgb[0].max(rgb[1]).max(rgb[2]);
+        let done = DONE * (100.0 * brightest).powi(2).min(1.0);
         let target = self.lab(mul(&self.rgb_to_xyz, rgb)).0;
         // Residual, its Jacobian and the objective.
         let evaluate = |c: &Vec3| {
@@ -102,7 +106,7 @@ impl Fitter {
         let (mut r, mut jacobian, mut distance, mut objective) = evaluate(&c);
         let mut damping = 1e-3;
         for _ in 0..limit {
-            if distance < DONE {
+            if distance < done {
                 break;
             }
             let mut normal: Mat3 = std::array::from_fn(|i| {
@@ -132,7 +136,7 @@ impl Fitter {
                 }
             }
         }
-        c
+        (c, distance)
     }
 
     /// XYZ of the sigmoid under the illuminant, and its derivatives by the coefficients.

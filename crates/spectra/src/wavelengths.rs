@@ -46,15 +46,21 @@ impl Wavelengths {
     /// u, u + 1/4, u + 1/2 and u + 3/4 (modulo 1), so they are stratified.
     #[inline]
     pub fn sample(u: f32) -> Wavelengths {
-        let lambda = std::array::from_fn(|i| {
+        let tanh: [f32; 4] = std::array::from_fn(|i| {
             let v = u + 0.25 * i as f32;
             let v = if v >= 1.0 { v - 1.0 } else { v };
-            let t = TANH_MIN + v * (TANH_MAX - TANH_MIN);
-            // atanh written out: the library's is slower and guards cases that cannot occur.
-            let atanh = 0.5 * ((1.0 + t) / (1.0 - t)).ln();
-            (CENTRE + atanh / B).clamp(LAMBDA_MIN, LAMBDA_MAX)
+            TANH_MIN + v * (TANH_MAX - TANH_MIN)
         });
-        Wavelengths { lambda, pdf: lambda.map(Wavelengths::visible_pdf), mode: ColorMode::Spectral }
+        Wavelengths {
+            // atanh t = ½ ln((1 + t) / (1 - t)).
+            lambda: tanh.map(|t| {
+                let lambda = CENTRE + (0.5 / B) * ((1.0 + t) / (1.0 - t)).ln();
+                lambda.clamp(LAMBDA_MIN, LAMBDA_MAX)
+            }),
+            // 1 / cosh² = 1 - tanh².
+            pdf: tanh.map(|t| (1.0 - t * t) * (B / (TANH_MAX - TANH_MIN))),
+            mode: ColorMode::Spectral,
+        }
     }
 
     /// `sample(u)` in spectral mode, the token in RGB mode.
@@ -111,6 +117,8 @@ mod tests {
             for (lane, &lambda) in w.lambda.iter().enumerate() {
                 let want = (u as f64 + 0.25 * lane as f64).fract();
                 assert!((cdf(lambda as f64) - want).abs() < 2e-6, "{u} {lane} {lambda}");
+                let pdf = Wavelengths::visible_pdf(lambda);
+                assert!((w.pdf[lane] / pdf - 1.0).abs() < 1e-4, "{lambda} {pdf}");
             }
         }
     }
