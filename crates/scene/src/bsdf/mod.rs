@@ -20,11 +20,17 @@
 //!   `TwoSided` makes them reflect on both sides.
 //! * `eval` and `pdf` are pure functions of their arguments.
 
+mod composite;
 mod diffuse;
 mod lobes;
+mod model;
+mod null;
 
+pub use composite::{Bsdf, MAX_PARTS, Part};
 pub use diffuse::Diffuse;
 pub use lobes::Lobes;
+pub use model::Model;
+pub use null::Null;
 
 use kaustika_math::{Vec2, Vec3};
 use kaustika_spectra::Spectrum;
