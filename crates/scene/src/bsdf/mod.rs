@@ -22,9 +22,13 @@
 
 mod diffuse;
 mod lobes;
+mod microfacet;
+#[cfg(test)]
+mod testing;
 
 pub use diffuse::Diffuse;
 pub use lobes::Lobes;
+pub use microfacet::{Masking, Microfacet};
 
 use kaustika_math::{Vec2, Vec3};
 use kaustika_spectra::Spectrum;
