@@ -23,12 +23,16 @@
 mod composite;
 mod diffuse;
 mod lobes;
+mod microfacet;
 mod model;
 mod null;
+#[cfg(test)]
+mod testing;
 
 pub use composite::{Bsdf, MAX_PARTS, Part};
 pub use diffuse::Diffuse;
 pub use lobes::Lobes;
+pub use microfacet::{Masking, Microfacet};
 pub use model::Model;
 pub use null::Null;
 
