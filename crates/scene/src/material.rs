@@ -1,17 +1,24 @@
 //! Materials: at each hit, textures are evaluated and the nested models of the file become the
 //! flat list of a [`Bsdf`].
 
-use crate::bsdf::{Bsdf, Diffuse, Model, Null, Part};
-use crate::description::{MaterialId, MaterialModel, SceneDescription, TextureId};
+use crate::bsdf::{
+    Bsdf, Conductor, ConductorFresnel, Dielectric, Diffuse, Masking, Microfacet, Model, Null, Part,
+    ThinDielectric,
+};
+use crate::description::{
+    ConductorColor, IorDesc, MaterialId, MaterialModel, RoughnessDesc, SceneDescription,
+    SourceFormat, TextureId,
+};
 use crate::surface::Surface;
 use crate::texture::{TexturePoint, Textures};
 use kaustika_math::{Frame, Vec3};
-use kaustika_spectra::{Spectrum, Wavelengths};
+use kaustika_spectra::{ColorMode, Spectrum, Wavelengths};
 
 /// All materials of a scene.
 #[derive(Debug, Default)]
 pub struct Materials {
     models: Vec<MaterialModel>,
+    masking: Masking,
 }
 
 /// Where on the way down a nest of materials we are.
@@ -42,24 +49,72 @@ impl Hit<'_, '_> {
     fn float(&self, id: TextureId) -> f32 {
         self.textures.float(id, &self.at)
     }
+
+    /// An index of refraction at the hero wavelength; where it disperses, the path keeps only
+    /// that wavelength.
+    fn ior(&mut self, ior: &IorDesc) -> f32 {
+        match ior {
+            IorDesc::Constant(eta) => *eta,
+            IorDesc::Spectrum(id) => {
+                let eta = self.spectrum(*id);
+                if eta.0[1..] != [eta.0[0]; 3] {
+                    self.lambda.terminate_secondary();
+                }
+                match self.lambda.mode {
+                    ColorMode::Rgb => self.textures.ior(*id).unwrap_or(eta.0[1]),
+                    ColorMode::Spectral => eta.0[0],
+                }
+            }
+        }
+    }
+
+    fn microfacet(&self, r: &RoughnessDesc, masking: Masking) -> Microfacet {
+        let alpha = |id| {
+            let v = self.float(id).max(0.0);
+            if r.remap { v.sqrt() } else { v }
+        };
+        let (u, v) = (alpha(r.alpha_u), alpha(r.alpha_v));
+        if u == 0.0 && v == 0.0 {
+            return Microfacet::smooth();
+        }
+        Microfacet::new(r.distribution, u, v).with_masking(masking)
+    }
+
+    fn conductor(&self, color: &ConductorColor) -> ConductorFresnel {
+        match color {
+            ConductorColor::EtaK { eta, k } => {
+                ConductorFresnel::EtaK { eta: self.spectrum(*eta), k: self.spectrum(*k) }
+            }
+            ConductorColor::Reflectance(r) => ConductorFresnel::from_reflectance(self.spectrum(*r)),
+            ConductorColor::Mirror => ConductorFresnel::Mirror,
+        }
+    }
 }
 
 impl Materials {
     /// Prepares the materials of a description.
     pub fn new(description: &SceneDescription, _textures: &Textures) -> Materials {
-        Materials { models: description.materials.iter().map(|m| m.model.clone()).collect() }
+        // Mitsuba multiplies the shadowing of both directions, pbrt correlates their heights.
+        let masking = match description.format {
+            SourceFormat::Mitsuba3 | SourceFormat::Mitsuba06 => Masking::Separable,
+            SourceFormat::Pbrt | SourceFormat::BuiltIn => Masking::HeightCorrelated,
+        };
+        Materials {
+            models: description.materials.iter().map(|m| m.model.clone()).collect(),
+            masking,
+        }
     }
 
     /// The scattering of material `id` at a surface; `None` where it is only an interface
     /// between media.
-    pub fn bsdf<'a>(
-        &'a self,
+    pub fn bsdf(
+        &self,
         id: MaterialId,
         textures: &Textures,
         surface: &Surface,
         wo: Vec3,
         lambda: &mut Wavelengths,
-    ) -> Option<Bsdf<'a>> {
+    ) -> Option<Bsdf> {
         if matches!(self.models[id.0 as usize], MaterialModel::Null { counts: false }) {
             return None;
         }
@@ -71,9 +126,9 @@ impl Materials {
         Some(bsdf)
     }
 
-    fn add<'a>(&'a self, id: MaterialId, place: Place, hit: &mut Hit, out: &mut Bsdf<'a>) {
+    fn add(&self, id: MaterialId, place: Place, hit: &mut Hit, out: &mut Bsdf) {
         use MaterialModel as M;
-        let model: Model<'a> = match &self.models[id.0 as usize] {
+        let model: Model = match &self.models[id.0 as usize] {
             M::Mix { a, b, amount } => {
                 let t = hit.float(*amount).clamp(0.0, 1.0);
                 self.add(*a, Place { weight: place.weight * (1.0 - t), ..place }, hit, out);
@@ -113,6 +168,28 @@ impl Materials {
             M::Diffuse { reflectance } => {
                 Model::Diffuse(Diffuse { reflectance: hit.spectrum(*reflectance) })
             }
+            M::Conductor { color, specular_reflectance, roughness } => {
+                Model::Conductor(Conductor {
+                    fresnel: hit.conductor(color),
+                    tint: hit.spectrum(*specular_reflectance),
+                    surface: hit.microfacet(roughness, self.masking),
+                })
+            }
+            M::Dielectric { ior, specular_reflectance, specular_transmittance, roughness } => {
+                Model::Dielectric(Dielectric {
+                    eta: hit.ior(ior),
+                    reflectance: hit.spectrum(*specular_reflectance),
+                    transmittance: hit.spectrum(*specular_transmittance),
+                    surface: hit.microfacet(roughness, self.masking),
+                })
+            }
+            M::ThinDielectric { ior, specular_reflectance, specular_transmittance } => {
+                Model::ThinDielectric(ThinDielectric {
+                    eta: hit.ior(ior),
+                    reflectance: hit.spectrum(*specular_reflectance),
+                    transmittance: hit.spectrum(*specular_transmittance),
+                })
+            }
             _ => Model::Null(Null),
         };
         out.push(place.part(model, place.weight));
@@ -120,7 +197,7 @@ impl Materials {
 }
 
 impl Place {
-    fn part<'a>(&self, model: Model<'a>, weight: f32) -> Part<'a> {
+    fn part(&self, model: Model, weight: f32) -> Part {
         let flip = |n: Vec3| if self.back { -n } else { n };
         let frame = if self.back { self.frame.flipped() } else { self.frame };
         Part { frame, guard: self.guard.map(flip), weight, model }

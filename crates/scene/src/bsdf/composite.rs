@@ -15,7 +15,7 @@ pub const MAX_PARTS: usize = 8;
 
 /// One model of a hit.
 #[derive(Clone, Copy, Debug)]
-pub struct Part<'a> {
+pub struct Part {
     /// Its frame in world space.
     pub frame: Frame,
     /// The shading normal before a bump or normal map turned it: directions must lie on the
@@ -24,10 +24,10 @@ pub struct Part<'a> {
     /// Factor of its value, and its share in sampling.
     pub weight: f32,
     /// The model.
-    pub model: Model<'a>,
+    pub model: Model,
 }
 
-impl Part<'_> {
+impl Part {
     #[inline]
     fn passes_guard(&self, local: Vec3, world: Vec3) -> bool {
         self.guard.is_none_or(|n| n.dot(world) * local.z > 0.0)
@@ -47,29 +47,29 @@ impl Part<'_> {
 
 /// How a surface point scatters, in world space. The contract is the module's.
 #[derive(Clone, Debug)]
-pub struct Bsdf<'a> {
+pub struct Bsdf {
     ng: Vec3,
-    parts: ArrayVec<Part<'a>, MAX_PARTS>,
+    parts: ArrayVec<Part, MAX_PARTS>,
     total: f32,
 }
 
-impl<'a> Bsdf<'a> {
+impl Bsdf {
     /// A BSDF without any model yet: it absorbs everything.
     #[inline]
-    pub fn new(ng: Vec3) -> Bsdf<'a> {
+    pub fn new(ng: Vec3) -> Bsdf {
         Bsdf { ng, parts: ArrayVec::new(), total: 0.0 }
     }
 
     /// Adds a model.
     #[inline]
-    pub fn push(&mut self, part: Part<'a>) {
+    pub fn push(&mut self, part: Part) {
         if part.weight > 0.0 && self.parts.try_push(part).is_ok() {
             self.total += part.weight;
         }
     }
 
     /// The models.
-    pub fn parts(&self) -> &[Part<'a>] {
+    pub fn parts(&self) -> &[Part] {
         &self.parts
     }
 

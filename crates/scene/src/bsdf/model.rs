@@ -1,6 +1,8 @@
 //! The closed set of scattering models.
 
-use super::{BsdfSample, Diffuse, Lobes, Mode, Null, Scatter};
+use super::{
+    BsdfSample, Conductor, Dielectric, Diffuse, Lobes, Mode, Null, Scatter, ThinDielectric,
+};
 use kaustika_math::{Vec2, Vec3};
 use kaustika_spectra::Spectrum;
 
@@ -9,11 +11,12 @@ macro_rules! models {
     ($($(#[$doc:meta])* $Name:ident($T:ty)),+ $(,)?) => {
         /// Any scattering model, by value.
         #[derive(Clone, Copy, Debug)]
-        pub enum Model<'a> {
+        pub enum Model {
+
             $($(#[$doc])* $Name($T)),+
         }
 
-        impl Scatter for Model<'_> {
+        impl Scatter for Model {
             #[inline]
             fn eval(&self, wo: Vec3, wi: Vec3, mode: Mode, lobes: Lobes) -> Spectrum {
                 match self { $(Model::$Name(m) => m.eval(wo, wi, mode, lobes)),+ }
@@ -45,6 +48,12 @@ macro_rules! models {
 models! {
     /// Lambert.
     Diffuse(Diffuse),
+    /// Metal.
+    Conductor(Conductor),
+    /// Glass.
+    Dielectric(Dielectric),
+    /// A thin pane.
+    ThinDielectric(ThinDielectric),
     /// Nothing there.
     Null(Null),
 }

@@ -11,7 +11,6 @@ use crate::description::{
 use kaustika_math::Vec2;
 use kaustika_spectra::{Spectrum, SpectrumRole, Wavelengths};
 
-
 /// An image texture ready for lookups.
 #[derive(Debug)]
 pub struct BitmapSampler {

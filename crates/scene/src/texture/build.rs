@@ -21,7 +21,11 @@ impl Textures {
                 TextureNode::Float(v) => Node::Float(*v),
                 TextureNode::Spectrum(desc) => {
                     let value = CompiledSpectrum::new(desc, role, mode);
-                    Node::Spectrum { raw: raw(desc, &value), value }
+                    Node::Spectrum {
+                        raw: raw(desc, &value),
+                        at_d_line: desc.value_at(589.3),
+                        value,
+                    }
                 }
                 TextureNode::Bitmap(b) => Node::Bitmap(Box::new(BitmapSampler::new(b.clone()))),
                 TextureNode::Checkerboard { a, b, mapping } => {

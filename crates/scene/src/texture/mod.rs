@@ -46,6 +46,8 @@ enum Node {
     Spectrum {
         value: CompiledSpectrum,
         raw: [f32; 3],
+        /// Value at the sodium D line, for indices of refraction.
+        at_d_line: Option<f32>,
     },
     Bitmap(Box<BitmapSampler>),
     Checkerboard {
@@ -187,6 +189,15 @@ impl Textures {
                 };
                 Vec2::new(shifted(h, 0.0), shifted(0.0, h))
             }
+        }
+    }
+
+    /// The index of refraction that a constant spectrum has at the sodium D line, 589.3 nm, which
+    /// stands for all wavelengths in RGB mode.
+    pub fn ior(&self, id: TextureId) -> Option<f32> {
+        match &self.nodes[id.0 as usize] {
+            Node::Spectrum { at_d_line, .. } => *at_d_line,
+            _ => None,
         }
     }
 
