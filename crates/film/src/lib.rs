@@ -3,6 +3,7 @@
 //! Conventions: row 0 is the top row; pixel values are linear unless a type says otherwise;
 //! RGB has the sRGB / Rec. 709 primaries.
 
+pub mod accumulate;
 mod error;
 pub mod files;
 pub mod filter;
