@@ -10,8 +10,10 @@ pub mod filter;
 pub mod metrics;
 pub mod picture;
 mod srgb;
+pub mod tev;
 
 pub use error::ImageError;
 pub use files::{WriteOptions, read_bitmap, read_picture, write_picture};
 pub use filter::{FilterDesc, FilterSample, FilterSampler};
 pub use picture::{Channel, ChannelKind, MetaValue, Picture, RgbView};
+pub use tev::TevClient;

@@ -218,13 +218,11 @@ fn mean_test(values: &[Value], factor: f64) -> MeanTest {
 
 /// z of the sum of some pixels' differences, which is that of their mean.
 fn z_of_sum<'a>(values: impl Iterator<Item = &'a Value>, factor: f64) -> [f64; 3] {
-    let (mut difference, mut noise) = ([0.0; 3], [0.0; 3]);
+    let (mut difference, mut noise) = ([0.0f64; 3], [0.0f64; 3]);
     for value in values {
         let of_value = value.noise(factor);
-        for c in 0..3 {
-            difference[c] += value.difference[c];
-            noise[c] += of_value[c];
-        }
+        difference = std::array::from_fn(|c| difference[c] + value.difference[c]);
+        noise = std::array::from_fn(|c| noise[c] + of_value[c]);
     }
     std::array::from_fn(|c| difference[c] / noise[c].sqrt())
 }
@@ -233,10 +231,9 @@ fn chi2_per_dof(values: &[Value], factor: f64) -> f64 {
     const LIT: f64 = 1e-8;
     let (mut sum, mut count) = (0.0, 0usize);
     for value in values {
-        let noise = value.noise(factor);
-        for c in 0..3 {
+        for (c, noise) in value.noise(factor).into_iter().enumerate() {
             if value.variance[c] > LIT {
-                sum += value.difference[c].powi(2) / noise[c];
+                sum += value.difference[c].powi(2) / noise;
                 count += 1;
             }
         }
