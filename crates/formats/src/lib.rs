@@ -2,4 +2,5 @@
 //! [`kaustika_scene::description`].
 
 pub mod mesh;
+pub mod pbrt;
 pub mod resources;
