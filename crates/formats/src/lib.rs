@@ -1,3 +1,4 @@
 //! Readers of scenes.
 
+pub mod mitsuba;
 pub mod resources;
