@@ -1,4 +1,6 @@
-//! Readers of scenes.
+//! Readers of scene files: what others wrote, turned into
+//! [`kaustika_scene::description`].
 
+pub mod mesh;
 pub mod mitsuba;
 pub mod resources;

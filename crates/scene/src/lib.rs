@@ -1,3 +1,31 @@
 //! What is there: shapes, textures, materials, lights, cameras; answers queries.
+//!
+//! A [`description::SceneDescription`] says what a file says; [`Scene::build`] makes of it the
+//! immutable [`Scene`] that methods ask: what does this ray meet, how does it scatter there,
+//! which light, from where.
 
+pub mod bsdf;
+mod build;
+mod camera;
 pub mod description;
+mod error;
+mod geometry;
+mod light;
+mod material;
+mod scene;
+mod shape;
+mod surface;
+mod tessellate;
+mod texture;
+
+pub use build::SceneOptions;
+pub use camera::{Camera, CameraConnection, CameraRay};
+pub use error::BuildError;
+pub use geometry::{Geometry, Hit, Primitive};
+pub use light::{
+    AreaLight, AreaShape, EmittedRay, Light, LightSample, LightSelection, LightSelectionKind,
+};
+pub use material::Materials;
+pub use scene::{Scene, ShapeInfo};
+pub use surface::{LightId, Surface};
+pub use texture::{TexturePoint, Textures};

@@ -1,0 +1,159 @@
+//! The tree over primitives of any kind.
+
+use kaustika_math::{Bounds3, Ray};
+
+use crate::builder::{BuildOptions, Costs, PrimRef, WideTree, unit_scale};
+use crate::node::{ChildRef, Node, TreeStats};
+use crate::ray::PreparedRay;
+use crate::traverse::{self, LARGE_STACK, SMALL_STACK, stack_size};
+
+/// A tree over primitives known by their bounds, each a leaf of its own; the caller's closures test
+/// them.
+///
+/// What a closure may hit must lie within the bounds, but for a relative error of some 10⁻⁶ in `t`:
+/// box tests have that much slack.
+#[derive(Clone, Debug)]
+pub struct BoxBvh {
+    nodes: Vec<Node>,
+    root: Option<ChildRef>,
+    depth: usize,
+    bounds: Bounds3,
+    primitives: usize,
+}
+
+impl BoxBvh {
+    /// Builds in the current rayon pool; the tree is the same whatever its number of threads.
+    /// Primitives whose bounds are empty, not finite or beyond 2⁶⁰ are left out.
+    ///
+    /// # Panics
+    /// With more than 2³¹ primitives.
+    pub fn build(bounds: &[Bounds3]) -> BoxBvh {
+        assert!(bounds.len() <= 1 << 31, "more than 2^31 primitives in one tree");
+        let mut refs: Vec<PrimRef> = bounds
+            .iter()
+            .enumerate()
+            .filter_map(|(prim, b)| PrimRef::new(prim as u32, b))
+            .collect();
+        let all = refs.iter().fold(Bounds3::EMPTY, |all, r| all.union(r.bounds()));
+        let costs = Costs {
+            leaf_size: 1,
+            leaf: 1.0,
+            bins: BuildOptions::default().bins,
+            scale: unit_scale(&all),
+        };
+        let tree = WideTree::build(&mut refs, &costs, |range, _| range[0].prim() as usize);
+        let (mut nodes, mut root, mut depth) = (tree.nodes, tree.root, tree.depth);
+        if let Some(leaf) = root.filter(|r| r.is_leaf()) {
+            // A node for it, lest the closure be bothered with rays that pass the box by.
+            let mut node = Node::EMPTY;
+            node.set(0, &tree.bounds, leaf);
+            nodes.push(node);
+            (root, depth) = (Some(ChildRef::node(0)), 1);
+        }
+        BoxBvh { nodes, root, depth, bounds: tree.bounds, primitives: refs.len() }
+    }
+
+    /// The box of all primitives; empty without primitives.
+    pub fn bounds(&self) -> Bounds3 {
+        self.bounds
+    }
+
+    /// Primitives in the tree.
+    pub fn primitive_count(&self) -> usize {
+        self.primitives
+    }
+
+    /// Bytes of nodes.
+    pub fn memory_bytes(&self) -> usize {
+        size_of_val(&*self.nodes)
+    }
+
+    /// Counts and expected costs.
+    pub fn stats(&self) -> TreeStats {
+        let mut stats = TreeStats::of_nodes(&self.nodes, &self.bounds, self.depth);
+        stats.leaves = self.primitives;
+        stats.primitives = self.primitives;
+        stats
+    }
+
+    /// The nearest hit: its distance, its primitive, and what the test made of it.
+    ///
+    /// `test(prim, t_max)` returns the nearest hit of that primitive with `t` in (0, t_max), if
+    /// there is one. Of primitives hit at the same `t` the least wins.
+    pub fn intersect<H>(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+        test: impl FnMut(u32, f32) -> Option<(f32, H)>,
+    ) -> Option<(f32, u32, H)> {
+        if stack_size(self.depth) <= SMALL_STACK {
+            self.closest::<SMALL_STACK, H>(ray, t_max, test)
+        } else {
+            self.closest::<LARGE_STACK, H>(ray, t_max, test)
+        }
+    }
+
+    /// Whether `test(prim, t_max)` is true of a primitive whose bounds the ray meets before
+    /// `t_max`. Primitives come in any order, each at most once.
+    pub fn any(&self, ray: &Ray, t_max: f32, test: impl FnMut(u32, f32) -> bool) -> bool {
+        if stack_size(self.depth) <= SMALL_STACK {
+            self.any_of::<SMALL_STACK>(ray, t_max, test)
+        } else {
+            self.any_of::<LARGE_STACK>(ray, t_max, test)
+        }
+    }
+
+    #[inline(always)]
+    fn closest<const STACK: usize, H>(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+        mut test: impl FnMut(u32, f32) -> Option<(f32, H)>,
+    ) -> Option<(f32, u32, H)> {
+        let root = self.root?;
+        let prepared = PreparedRay::new(ray, &self.bounds)?;
+        let to_tree = 1.0 / prepared.scale;
+        let mut best: Option<(f32, u32, H)> = None;
+        traverse::closest::<STACK>(
+            &self.nodes,
+            root,
+            &prepared,
+            slack(t_max * to_tree),
+            |leaf, nearest| {
+                let prim = leaf as u32;
+                // A hit exactly at the best so far counts for a lesser primitive.
+                let limit = match &best {
+                    None => t_max,
+                    Some((t, p, _)) if prim < *p => t.next_up(),
+                    Some((t, ..)) => *t,
+                };
+                match test(prim, limit) {
+                    Some((t, h)) if t > 0.0 && t < limit => {
+                        best = Some((t, prim, h));
+                        slack(t * to_tree)
+                    }
+                    _ => nearest,
+                }
+            },
+        );
+        best
+    }
+
+    #[inline(always)]
+    fn any_of<const STACK: usize>(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+        mut test: impl FnMut(u32, f32) -> bool,
+    ) -> bool {
+        let Some(root) = self.root else { return false };
+        let Some(prepared) = PreparedRay::new(ray, &self.bounds) else { return false };
+        let limit = slack(t_max / prepared.scale);
+        traverse::any::<STACK>(&self.nodes, root, &prepared, limit, |leaf| test(leaf as u32, t_max))
+    }
+}
+
+/// Later by what a closure's own rounding may bring a hit forward.
+fn slack(t: f32) -> f32 {
+    t * (1.0 + 1.0 / (1 << 20) as f32)
+}

@@ -1,0 +1,135 @@
+//! [`F32x8`] on AVX2 and FMA.
+#![allow(unsafe_code, reason = "the intrinsics of a SIMD kernel; `portable` is their safe twin")]
+
+use std::arch::x86_64::*;
+use std::ops::{Add, Div, Mul, Sub};
+
+use super::LANES;
+
+/// Eight `f32`, lane by lane.
+#[derive(Clone, Copy)]
+pub(crate) struct F32x8(__m256);
+
+impl F32x8 {
+    #[inline(always)]
+    pub(crate) fn splat(v: f32) -> Self {
+        // SAFETY: this module is compiled only where the build enables AVX2 and FMA.
+        F32x8(unsafe { _mm256_set1_ps(v) })
+    }
+
+    #[inline(always)]
+    pub(crate) fn load(a: &[f32; LANES]) -> Self {
+        // SAFETY: AVX is enabled; `a` is 32 readable bytes, and `loadu` needs no alignment.
+        F32x8(unsafe { _mm256_loadu_ps(a.as_ptr()) })
+    }
+
+    #[inline(always)]
+    pub(crate) fn to_array(self) -> [f32; LANES] {
+        let mut a = [0.0; LANES];
+        // SAFETY: AVX is enabled; `a` is 32 writable bytes, and `storeu` needs no alignment.
+        unsafe { _mm256_storeu_ps(a.as_mut_ptr(), self.0) };
+        a
+    }
+
+    /// `self * b + c`, rounded once.
+    #[inline(always)]
+    pub(crate) fn mul_add(self, b: Self, c: Self) -> Self {
+        // SAFETY: FMA is enabled.
+        F32x8(unsafe { _mm256_fmadd_ps(self.0, b.0, c.0) })
+    }
+
+    /// `self * b - c`, rounded once.
+    #[inline(always)]
+    pub(crate) fn mul_sub(self, b: Self, c: Self) -> Self {
+        // SAFETY: FMA is enabled.
+        F32x8(unsafe { _mm256_fmsub_ps(self.0, b.0, c.0) })
+    }
+
+    /// `c - self * b`, rounded once.
+    #[inline(always)]
+    pub(crate) fn neg_mul_add(self, b: Self, c: Self) -> Self {
+        // SAFETY: FMA is enabled.
+        F32x8(unsafe { _mm256_fnmadd_ps(self.0, b.0, c.0) })
+    }
+
+    /// The lesser; `o` where either is NaN.
+    #[inline(always)]
+    pub(crate) fn min(self, o: Self) -> Self {
+        // SAFETY: AVX is enabled.
+        F32x8(unsafe { _mm256_min_ps(self.0, o.0) })
+    }
+
+    /// The greater; `o` where either is NaN.
+    #[inline(always)]
+    pub(crate) fn max(self, o: Self) -> Self {
+        // SAFETY: AVX is enabled.
+        F32x8(unsafe { _mm256_max_ps(self.0, o.0) })
+    }
+
+    #[inline(always)]
+    pub(crate) fn abs(self) -> Self {
+        // SAFETY: AVX is enabled.
+        F32x8(unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0) })
+    }
+
+    /// One bit a lane: `self <= o`.
+    #[inline(always)]
+    pub(crate) fn le(self, o: Self) -> u32 {
+        // SAFETY: AVX is enabled.
+        unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(self.0, o.0)) as u32 }
+    }
+
+    /// One bit a lane: `self < o`.
+    #[inline(always)]
+    pub(crate) fn lt(self, o: Self) -> u32 {
+        // SAFETY: AVX is enabled.
+        unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(self.0, o.0)) as u32 }
+    }
+
+    /// One bit a lane: the sign bits of the three are not all the same.
+    #[inline(always)]
+    pub(crate) fn differing_signs(self, b: Self, c: Self) -> u32 {
+        // SAFETY: AVX is enabled.
+        unsafe {
+            let ab = _mm256_xor_ps(self.0, b.0);
+            let ac = _mm256_xor_ps(self.0, c.0);
+            _mm256_movemask_ps(_mm256_or_ps(ab, ac)) as u32
+        }
+    }
+}
+
+impl Add for F32x8 {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, o: Self) -> Self {
+        // SAFETY: AVX is enabled.
+        F32x8(unsafe { _mm256_add_ps(self.0, o.0) })
+    }
+}
+
+impl Sub for F32x8 {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, o: Self) -> Self {
+        // SAFETY: AVX is enabled.
+        F32x8(unsafe { _mm256_sub_ps(self.0, o.0) })
+    }
+}
+
+impl Mul for F32x8 {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, o: Self) -> Self {
+        // SAFETY: AVX is enabled.
+        F32x8(unsafe { _mm256_mul_ps(self.0, o.0) })
+    }
+}
+
+impl Div for F32x8 {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, o: Self) -> Self {
+        // SAFETY: AVX is enabled.
+        F32x8(unsafe { _mm256_div_ps(self.0, o.0) })
+    }
+}

@@ -1,0 +1,81 @@
+//! Eight `f32` in a register.
+//!
+//! Two implementations of one type: `avx2` where the build may use AVX2 and FMA, `portable`
+//! everywhere else. They agree bit for bit (a test below compares them), so images do not depend
+//! on the instruction set. Fused multiply-add is always fused: the triangle test relies on it.
+
+#[cfg(all(target_arch = "x86_64", target_feature = "avx2", target_feature = "fma"))]
+mod avx2;
+#[cfg(any(
+    test,
+    not(all(target_arch = "x86_64", target_feature = "avx2", target_feature = "fma"))
+))]
+mod portable;
+
+#[cfg(all(target_arch = "x86_64", target_feature = "avx2", target_feature = "fma"))]
+pub(crate) use avx2::F32x8;
+#[cfg(not(all(target_arch = "x86_64", target_feature = "avx2", target_feature = "fma")))]
+pub(crate) use portable::F32x8;
+
+/// Lanes of a vector.
+pub(crate) const LANES: usize = 8;
+
+#[cfg(all(test, target_arch = "x86_64", target_feature = "avx2", target_feature = "fma"))]
+mod tests {
+    use super::{LANES, avx2, portable};
+    use kaustika_math::mix_bits;
+
+    /// Random bit patterns: all exponents, NaNs, infinities, denormals and both zeros.
+    fn pattern(seed: u64) -> [f32; LANES] {
+        std::array::from_fn(|i| {
+            let h = mix_bits(seed * 31 + i as u64 + 1);
+            match h % 11 {
+                0 => 0.0,
+                1 => -0.0,
+                2 => f32::NAN,
+                3 => f32::INFINITY,
+                4..=7 => (h >> 40) as f32 / 1e6 - 8.0,
+                _ => f32::from_bits((h >> 32) as u32),
+            }
+        })
+    }
+
+    /// Equal bits, but for the payload of a NaN.
+    fn same(a: [f32; LANES], b: [f32; LANES]) -> bool {
+        a.iter().zip(&b).all(|(a, b)| a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan()))
+    }
+
+    #[test]
+    fn both_implementations_agree_on_every_bit() {
+        for seed in 0..20_000 {
+            let [a, b, c] = [0, 1, 2].map(|k| pattern(3 * seed + k));
+            let (va, vb, vc) =
+                (avx2::F32x8::load(&a), avx2::F32x8::load(&b), avx2::F32x8::load(&c));
+            let (pa, pb, pc) =
+                (portable::F32x8::load(&a), portable::F32x8::load(&b), portable::F32x8::load(&c));
+            macro_rules! check {
+                ($what:literal, $v:expr, $p:expr) => {
+                    let (v, p) = ($v.to_array(), $p.to_array());
+                    assert!(same(v, p), "{}: {a:?} {b:?} {c:?}: {v:?} {p:?}", $what);
+                };
+            }
+            check!("+", va + vb, pa + pb);
+            check!("-", va - vb, pa - pb);
+            check!("*", va * vb, pa * pb);
+            check!("/", va / vb, pa / pb);
+            check!("mul_add", va.mul_add(vb, vc), pa.mul_add(pb, pc));
+            check!("mul_sub", va.mul_sub(vb, vc), pa.mul_sub(pb, pc));
+            check!("neg_mul_add", va.neg_mul_add(vb, vc), pa.neg_mul_add(pb, pc));
+            check!("min", va.min(vb), pa.min(pb));
+            check!("max", va.max(vb), pa.max(pb));
+            check!("abs", va.abs(), pa.abs());
+            check!("splat", avx2::F32x8::splat(a[3]), portable::F32x8::splat(a[3]));
+            assert_eq!(va.le(vb), pa.le(pb), "{a:?} <= {b:?}");
+            assert_eq!(va.lt(vb), pa.lt(pb), "{a:?} < {b:?}");
+            let ordered = a.map(|x| if x.is_nan() { 1.0 } else { x });
+            let (v, p) = (avx2::F32x8::load(&ordered), portable::F32x8::load(&ordered));
+            // The sign of a NaN made by an operation is not defined; those the tests make are.
+            assert_eq!(v.differing_signs(v, va.abs()), p.differing_signs(p, pa.abs()));
+        }
+    }
+}

@@ -1,0 +1,244 @@
+//! The tree over a triangle soup.
+
+use kaustika_math::{Bounds3, Ray, Vec3};
+use rayon::prelude::*;
+
+use crate::builder::{BuildOptions, Costs, PrimRef, WideTree, unit_scale};
+use crate::node::{ChildRef, Node, TreeStats};
+use crate::ray::PreparedRay;
+use crate::traverse::{self, LARGE_STACK, SMALL_STACK, stack_size};
+use crate::triangle::{BLOCK, TriangleBlock};
+
+/// Where a ray meets a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TriangleHit {
+    /// Distance in lengths of the ray's direction, > 0.
+    pub t: f32,
+    /// The triangle: its place among the indices given to [`TriangleBvh::build`].
+    pub prim: u32,
+    /// Barycentric weights of its three vertices, >= 0; their sum is one up to rounding.
+    pub b: [f32; 3],
+}
+
+/// A tree over the triangles of a soup, with a copy of their corners.
+#[derive(Clone, Debug)]
+pub struct TriangleBvh {
+    nodes: Vec<Node>,
+    blocks: Vec<TriangleBlock>,
+    root: Option<ChildRef>,
+    depth: usize,
+    bounds: Bounds3,
+    triangles: usize,
+}
+
+impl TriangleBvh {
+    /// Builds in the current rayon pool; the tree is the same whatever its number of threads.
+    ///
+    /// A triangle is left out, and never hit, if an index is out of range, if a coordinate is not
+    /// finite or beyond 2⁶⁰ ≈ 1.15e18, or if it has no area. Triangles are two-sided.
+    ///
+    /// # Panics
+    /// With more than 2³¹ triangles.
+    pub fn build(positions: &[Vec3], indices: &[[u32; 3]], options: &BuildOptions) -> TriangleBvh {
+        assert!(indices.len() <= 1 << 31, "more than 2^31 triangles in one mesh");
+        let corners = |i: [u32; 3]| {
+            let [a, b, c] = i.map(|i| positions.get(i as usize));
+            Some([*a?, *b?, *c?])
+        };
+        let mut refs: Vec<PrimRef> = indices
+            .par_iter()
+            .enumerate()
+            .with_min_len(1 << 12)
+            .filter_map(|(prim, &i)| {
+                let p = corners(i)?;
+                // A NaN would vanish in the bounds.
+                let finite = p.iter().all(|p| p.is_finite());
+                let bounds = Bounds3::new(p[0], p[1]).with_point(p[2]);
+                (finite && has_area(p)).then(|| PrimRef::new(prim as u32, &bounds))?
+            })
+            .collect();
+        let bounds = refs
+            .par_iter()
+            .with_min_len(1 << 14)
+            .map(PrimRef::bounds)
+            .reduce(|| Bounds3::EMPTY, Bounds3::union);
+        let costs = Costs {
+            leaf_size: BLOCK,
+            leaf: if options.leaf_cost > 0.0 {
+                options.leaf_cost
+            } else {
+                BuildOptions::default().leaf_cost
+            },
+            bins: options.bins.clamp(2, 32),
+            scale: unit_scale(&bounds),
+        };
+        let mut leaves = Vec::new();
+        let tree = WideTree::build(&mut refs, &costs, |range, first| {
+            leaves.push(first..first + range.len());
+            leaves.len() - 1
+        });
+        let blocks = leaves
+            .into_par_iter()
+            .with_min_len(1 << 10)
+            .map(|range| {
+                TriangleBlock::new(refs[range].iter().map(|r| {
+                    let [a, b, c] =
+                        indices[r.prim() as usize].map(|i| positions[i as usize].into());
+                    (r.prim(), [a, b, c])
+                }))
+            })
+            .collect();
+        TriangleBvh {
+            nodes: tree.nodes,
+            blocks,
+            root: tree.root,
+            depth: tree.depth,
+            bounds: tree.bounds,
+            triangles: refs.len(),
+        }
+    }
+
+    /// The box of all triangles; empty without triangles.
+    pub fn bounds(&self) -> Bounds3 {
+        self.bounds
+    }
+
+    /// Triangles that a ray can hit.
+    pub fn triangle_count(&self) -> usize {
+        self.triangles
+    }
+
+    /// Bytes of nodes and triangles.
+    pub fn memory_bytes(&self) -> usize {
+        size_of_val(&*self.nodes) + size_of_val(&*self.blocks)
+    }
+
+    /// Counts and expected costs.
+    pub fn stats(&self) -> TreeStats {
+        let mut stats = TreeStats::of_nodes(&self.nodes, &self.bounds, self.depth);
+        stats.leaves = self.blocks.len();
+        stats.primitives = self.blocks.iter().map(TriangleBlock::count).sum();
+        stats
+    }
+
+    /// The hit with the least `t` in (0, t_max), of several the one with the least `prim`.
+    pub fn intersect(&self, ray: &Ray, t_max: f32) -> Option<TriangleHit> {
+        self.intersect_filtered(ray, t_max, |_| true)
+    }
+
+    /// As [`intersect`](Self::intersect), among the hits that `accept` accepts. It may be asked
+    /// about hits that turn out not to be the nearest, and in any order.
+    pub fn intersect_filtered(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+        accept: impl FnMut(&TriangleHit) -> bool,
+    ) -> Option<TriangleHit> {
+        if stack_size(self.depth) <= SMALL_STACK {
+            self.closest::<SMALL_STACK>(ray, t_max, accept)
+        } else {
+            self.closest::<LARGE_STACK>(ray, t_max, accept)
+        }
+    }
+
+    /// Whether there is a hit with `t` in (0, t_max).
+    pub fn occluded(&self, ray: &Ray, t_max: f32) -> bool {
+        self.occluded_filtered(ray, t_max, |_| true)
+    }
+
+    /// Whether `accept` accepts a hit with `t` in (0, t_max). Hits come in any order, each
+    /// triangle at most once, until one is accepted.
+    pub fn occluded_filtered(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+        accept: impl FnMut(&TriangleHit) -> bool,
+    ) -> bool {
+        if stack_size(self.depth) <= SMALL_STACK {
+            self.any::<SMALL_STACK>(ray, t_max, accept)
+        } else {
+            self.any::<LARGE_STACK>(ray, t_max, accept)
+        }
+    }
+
+    #[cfg(test)]
+    pub(crate) fn is_same_tree(&self, o: &TriangleBvh) -> bool {
+        self.nodes == o.nodes && self.blocks == o.blocks && self.root == o.root
+    }
+
+    #[inline(always)]
+    fn closest<const STACK: usize>(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+        mut accept: impl FnMut(&TriangleHit) -> bool,
+    ) -> Option<TriangleHit> {
+        let root = self.root?;
+        let prepared = PreparedRay::new(ray, &self.bounds)?;
+        let scale = prepared.scale;
+        let t_max = t_max / scale;
+        let mut best = TriangleHit { t: t_max, prim: 0, b: [0.0; 3] };
+        let mut found = false;
+        traverse::closest::<STACK>(&self.nodes, root, &prepared, t_max, |leaf, nearest| {
+            let block = &self.blocks[leaf];
+            let Some(mut hits) = block.intersect(&prepared, nearest) else {
+                return nearest;
+            };
+            while hits.lanes != 0 {
+                let lane = hits.lanes.trailing_zeros() as usize;
+                hits.lanes &= hits.lanes - 1;
+                let (t, prim) = (hits.t(lane), block.prim(lane));
+                if t < best.t || found && t == best.t && prim < best.prim {
+                    let b = hits.b(lane);
+                    if accept(&TriangleHit { t: t * scale, prim, b }) {
+                        best = TriangleHit { t, prim, b };
+                        found = true;
+                    }
+                }
+            }
+            best.t
+        });
+        best.t *= scale;
+        found.then_some(best)
+    }
+
+    #[inline(always)]
+    fn any<const STACK: usize>(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+        mut accept: impl FnMut(&TriangleHit) -> bool,
+    ) -> bool {
+        let Some(root) = self.root else { return false };
+        let Some(prepared) = PreparedRay::new(ray, &self.bounds) else { return false };
+        let scale = prepared.scale;
+        let t_max = t_max / scale;
+        traverse::any::<STACK>(&self.nodes, root, &prepared, t_max, |leaf| {
+            let block = &self.blocks[leaf];
+            let Some(mut hits) = block.intersect(&prepared, t_max) else { return false };
+            while hits.lanes != 0 {
+                let lane = hits.lanes.trailing_zeros() as usize;
+                hits.lanes &= hits.lanes - 1;
+                let t = hits.t(lane);
+                if t < t_max {
+                    let hit = TriangleHit { t: t * scale, prim: block.prim(lane), b: hits.b(lane) };
+                    if accept(&hit) {
+                        return true;
+                    }
+                }
+            }
+            false
+        })
+    }
+}
+
+/// Whether the corners span a plane. In double precision, where the products of a thin triangle's
+/// edges do not underflow.
+fn has_area(p: [Vec3; 3]) -> bool {
+    let edge = |a: Vec3, b: Vec3| [0, 1, 2].map(|i| f64::from(b[i]) - f64::from(a[i]));
+    let (e, f) = (edge(p[0], p[1]), edge(p[0], p[2]));
+    (0..3).any(|i| {
+        let j = (i + 1) % 3;
+        e[i] * f[j] != e[j] * f[i]
+    })
+}

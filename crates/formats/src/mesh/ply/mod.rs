@@ -1,0 +1,369 @@
+//! Stanford PLY: text or binary of either byte order.
+//!
+//! Read are `vertex` (`x y z`, `nx ny nz`, `u v` or `s t` or `texture_u texture_v` or
+//! `texture_s texture_t`, and attributes, see `attributes`), `face` (`vertex_indices` or
+//! `vertex_index`, attributes) and `tristrips`. Quads are cut along the diagonal 0-2, larger
+//! polygons into fans about corner 0. Other elements are passed over.
+
+mod attributes;
+mod header;
+mod values;
+
+use attributes::{Reading, Slots};
+use header::{Element, Encoding, Kind, Scalar};
+use kaustika_math::{Vec2, Vec3};
+use kaustika_scene::description::TriMesh;
+use values::{Ascii, BLOCK, Binary, Column, Values};
+
+use super::error::{Fault, MeshCause, MeshNote, Place};
+use super::{MeshOptions, unit_normal};
+
+/// Reads a PLY file, not gzipped, from its bytes. Normals are as in the file, made unit, or
+/// dropped if `options.normals` has no use for them.
+///
+/// # Errors
+///
+/// The line of a header or number that cannot be read; the vertex or face that the file ends in,
+/// that is not finite, or that names a vertex which does not exist; a count that the file is too
+/// short for.
+pub fn parse(
+    bytes: &[u8],
+    options: &MeshOptions,
+    notes: &mut Vec<MeshNote>,
+) -> Result<TriMesh, Fault> {
+    let header = header::parse(bytes)?;
+    let body = &bytes[header.length..];
+    let elements = header.elements.as_slice();
+    match header.encoding {
+        Encoding::Ascii => read(Ascii::new(bytes, header.length), elements, options, notes),
+        Encoding::LittleEndian => read(Binary::<false>::new(body), elements, options, notes),
+        Encoding::BigEndian => read(Binary::<true>::new(body), elements, options, notes),
+    }
+}
+
+fn read<V: Values>(
+    mut values: V,
+    elements: &[Element],
+    options: &MeshOptions,
+    notes: &mut Vec<MeshNote>,
+) -> Result<TriMesh, Fault> {
+    let header_fault =
+        |message: &str| Err(Fault::new(Place::File, MeshCause::Header(message.to_owned())));
+    let Some(vertex) = elements.iter().find(|e| e.name == "vertex") else {
+        return header_fault("no element `vertex`");
+    };
+    let Ok(vertex_count) = u32::try_from(vertex.count) else {
+        return header_fault("more than 2^32 - 1 vertices");
+    };
+    if !elements.iter().any(|e| e.name == "face" || e.name == "tristrips") {
+        return header_fault("no element `face`: points alone make no surface");
+    }
+    let mut mesh = TriMesh::default();
+    for element in elements {
+        check_count(&values, element)?;
+        match element.name.as_str() {
+            "vertex" => vertices(&mut values, element, &mut mesh, options, notes)?,
+            "face" => {
+                let polygons = Polygons::new(vertex_count);
+                polygons.faces(&mut values, element, &mut mesh, options, notes)?;
+            }
+            "tristrips" => strips(&mut values, element, vertex_count, &mut mesh)?,
+            name => {
+                notes.push(MeshNote::Skipped { name: name.to_owned(), why: "unknown element" });
+                pass_over(&mut values, element)?;
+            }
+        }
+    }
+    if mesh.indices.len() > u32::MAX as usize {
+        return header_fault("more than 2^32 - 1 triangles");
+    }
+    let trailing = values.trailing();
+    if trailing > 0 {
+        notes.push(MeshNote::TrailingBytes(trailing));
+    }
+    Ok(mesh)
+}
+
+/// Compares the announced count with the bytes that are left for it.
+fn check_count<V: Values>(values: &V, element: &Element) -> Result<(), Fault> {
+    let least: u64 = element
+        .properties
+        .iter()
+        .map(|p| match p.kind {
+            Kind::Number(of) | Kind::List { count: of, .. } => V::least_bytes(of),
+        })
+        .sum();
+    let left = values.left();
+    // The last number of a text may lack its separator.
+    if least.saturating_mul(element.count) > left + 1 {
+        let cause =
+            MeshCause::CountTooLarge { list: element.name.clone(), count: element.count, left };
+        return Err(Fault::new(Place::File, cause));
+    }
+    Ok(())
+}
+
+fn pass_over<V: Values>(values: &mut V, element: &Element) -> Result<(), Fault> {
+    if element.properties.is_empty() {
+        return Ok(());
+    }
+    let slots = vec![None; element.properties.len()];
+    let mut done = 0;
+    while done < element.count {
+        let n = (element.count - done).min(BLOCK as u64) as usize;
+        values.block(element, &slots, &mut [], done, n)?;
+        done += n as u64;
+    }
+    Ok(())
+}
+
+fn vertices<V: Values>(
+    values: &mut V,
+    element: &Element,
+    mesh: &mut TriMesh,
+    options: &MeshOptions,
+    notes: &mut Vec<MeshNote>,
+) -> Result<(), Fault> {
+    let mut slots = Slots::new(element);
+    let Some(p) = slots.claim(element, &["x", "y", "z"]) else {
+        let cause = MeshCause::Header("element `vertex` lacks x, y or z".into());
+        return Err(Fault::new(Place::File, cause));
+    };
+    const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
+    let normal = if options.normals.uses_stored() { slots.claim(element, &NORMAL) } else { None };
+    const UV: [[&str; 2]; 4] =
+        [["u", "v"], ["s", "t"], ["texture_u", "texture_v"], ["texture_s", "texture_t"]];
+    let uv = UV.iter().find_map(|names| slots.claim(element, names));
+    let mut attributes =
+        attributes::find(element, "vertex", &mut slots, &NORMAL, options.srgb_float_colors, notes);
+
+    // check_count() has seen that the file is long enough for all of these.
+    let count = element.count as usize;
+    mesh.positions.reserve_exact(count);
+    if normal.is_some() {
+        mesh.normals.reserve_exact(count);
+    }
+    if uv.is_some() {
+        mesh.uvs.reserve_exact(count);
+    }
+    let mut columns = vec![[0.0; BLOCK]; slots.columns];
+    let mut dropped = 0;
+    let mut done = 0;
+    while done < count {
+        let n = (count - done).min(BLOCK);
+        values.block(element, &slots.of_property, &mut columns, done as u64, n)?;
+        let [x, y, z] = [0, 1, 2].map(|i| &columns[p[i]][..n]);
+        mesh.positions.extend((0..n).map(|i| Vec3::new(x[i], y[i], z[i])));
+        let block = &mesh.positions[done..];
+        if !block.iter().fold(true, |all, p| all & p.is_finite()) {
+            let bad = block.iter().position(|p| !p.is_finite()).unwrap_or(0);
+            let place = Place::entry("vertex", (done + bad) as u64);
+            return Err(Fault::new(place, MeshCause::NotFinite("position")));
+        }
+        if let Some(c) = &normal {
+            let [x, y, z] = [0, 1, 2].map(|i| &columns[c[i]][..n]);
+            mesh.normals
+                .extend((0..n).map(|i| unit_normal(Vec3::new(x[i], y[i], z[i]), &mut dropped)));
+        }
+        if let Some(c) = &uv {
+            let [u, v] = [0, 1].map(|i| &columns[c[i]][..n]);
+            let flip = options.flip_v;
+            mesh.uvs.extend((0..n).map(|i| Vec2::new(u[i], if flip { 1.0 - v[i] } else { v[i] })));
+        }
+        for attribute in &mut attributes {
+            for i in 0..n {
+                attribute.push(&columns, i);
+            }
+        }
+        done += n;
+    }
+    if dropped > 0 {
+        notes.push(MeshNote::NormalsDropped(dropped));
+    }
+    mesh.attributes.extend(attributes.into_iter().map(Reading::finish));
+    Ok(())
+}
+
+/// The list property that holds a face's (or strip's) vertices.
+fn vertex_list(element: &Element) -> Result<usize, Fault> {
+    let list = element.properties.iter().position(|p| {
+        (p.name == "vertex_indices" || p.name == "vertex_index")
+            && matches!(p.kind, Kind::List { .. })
+    });
+    list.ok_or_else(|| {
+        let message = format!("element `{}` lacks the list `vertex_indices`", element.name);
+        Fault::new(Place::File, MeshCause::Header(message))
+    })
+}
+
+/// Cuts polygons into triangles.
+struct Polygons {
+    vertices: u32,
+    /// Faces of fewer than three corners.
+    thin: u64,
+    /// Faces of more than four.
+    fanned: u64,
+    /// Corners of the largest.
+    largest: u64,
+}
+
+impl Polygons {
+    fn new(vertices: u32) -> Polygons {
+        Polygons { vertices, thin: 0, fanned: 0, largest: 0 }
+    }
+
+    fn faces<V: Values>(
+        mut self,
+        values: &mut V,
+        element: &Element,
+        mesh: &mut TriMesh,
+        options: &MeshOptions,
+        notes: &mut Vec<MeshNote>,
+    ) -> Result<(), Fault> {
+        let list = vertex_list(element)?;
+        let mut slots = Slots::new(element);
+        let mut attributes = attributes::find(
+            element,
+            "face",
+            &mut slots,
+            &["vertex_indices", "vertex_index"],
+            options.srgb_float_colors,
+            notes,
+        );
+        // The one record that is read at a time is row 0 of each column.
+        let mut row: Vec<Column> = vec![[0.0; BLOCK]; slots.columns];
+        mesh.indices.reserve_exact(element.count as usize);
+        for number in 0..element.count {
+            let first = mesh.indices.len();
+            for (i, property) in element.properties.iter().enumerate() {
+                let read = match property.kind {
+                    Kind::List { count, item } if i == list => {
+                        self.polygon(values, count, item, &mut mesh.indices)
+                    }
+                    Kind::List { count, item } => {
+                        values.count(count).and_then(|n| values.skip(item, n))
+                    }
+                    Kind::Number(of) => match slots.of_property[i] {
+                        Some(slot) => values.number(of).map(|value| row[slot][0] = value),
+                        None => values.skip(of, 1),
+                    },
+                };
+                read.map_err(|cause| values.fault(cause, "face", number))?;
+            }
+            let triangles = mesh.indices.len() - first;
+            for attribute in &mut attributes {
+                for i in 0..triangles {
+                    match i {
+                        0 => attribute.push(&row, 0),
+                        _ => attribute.repeat(),
+                    }
+                }
+            }
+        }
+        if self.thin > 0 {
+            notes.push(MeshNote::ThinFacesSkipped(self.thin));
+        }
+        if self.fanned > 0 {
+            notes.push(MeshNote::PolygonsFanned { count: self.fanned, largest: self.largest });
+        }
+        mesh.attributes.extend(attributes.into_iter().map(Reading::finish));
+        Ok(())
+    }
+
+    #[inline]
+    fn polygon<V: Values>(
+        &mut self,
+        values: &mut V,
+        count: Scalar,
+        item: Scalar,
+        triangles: &mut Vec<[u32; 3]>,
+    ) -> Result<(), MeshCause> {
+        let n = values.count(count)?;
+        if n < 3 {
+            self.thin += 1;
+            return values.skip(item, n);
+        }
+        let a = self.vertex(values, item)?;
+        let b = self.vertex(values, item)?;
+        let mut last = self.vertex(values, item)?;
+        triangles.push([a, b, last]);
+        for _ in 3..n {
+            let next = self.vertex(values, item)?;
+            triangles.push([a, last, next]);
+            last = next;
+        }
+        if n > 4 {
+            self.fanned += 1;
+            self.largest = self.largest.max(n);
+        }
+        Ok(())
+    }
+
+    #[inline]
+    fn vertex<V: Values>(&self, values: &mut V, item: Scalar) -> Result<u32, MeshCause> {
+        let index = values.integer(item)?;
+        match u32::try_from(index) {
+            Ok(vertex) if vertex < self.vertices => Ok(vertex),
+            _ => Err(out_of_range(index, self.vertices)),
+        }
+    }
+}
+
+#[cold]
+fn out_of_range(index: i64, vertices: u32) -> MeshCause {
+    MeshCause::IndexOutOfRange { what: "vertex", index, count: vertices as usize }
+}
+
+/// Triangle strips as in the Stanford archive: vertex numbers, -1 begins a new strip, every other
+/// triangle of a strip is turned around.
+fn strips<V: Values>(
+    values: &mut V,
+    element: &Element,
+    vertices: u32,
+    mesh: &mut TriMesh,
+) -> Result<(), Fault> {
+    let list = vertex_list(element)?;
+    for number in 0..element.count {
+        for (i, property) in element.properties.iter().enumerate() {
+            let read = match property.kind {
+                Kind::List { count, item } if i == list => values
+                    .count(count)
+                    .and_then(|n| strip(values, n, item, vertices, &mut mesh.indices)),
+                Kind::List { count, item } => {
+                    values.count(count).and_then(|n| values.skip(item, n))
+                }
+                Kind::Number(of) => values.skip(of, 1),
+            };
+            read.map_err(|cause| values.fault(cause, "tristrips", number))?;
+        }
+    }
+    Ok(())
+}
+
+fn strip<V: Values>(
+    values: &mut V,
+    n: u64,
+    item: Scalar,
+    vertices: u32,
+    triangles: &mut Vec<[u32; 3]>,
+) -> Result<(), MeshCause> {
+    // The two vertices before, and how many this strip has had.
+    let (mut a, mut b, mut length) = (0, 0, 0u64);
+    for _ in 0..n {
+        let index = values.integer(item)?;
+        if index == -1 {
+            length = 0;
+            continue;
+        }
+        let c = match u32::try_from(index) {
+            Ok(vertex) if vertex < vertices => vertex,
+            _ => return Err(out_of_range(index, vertices)),
+        };
+        if length >= 2 {
+            triangles.push(if length % 2 == 0 { [a, b, c] } else { [b, a, c] });
+        }
+        (a, b) = (b, c);
+        length += 1;
+    }
+    Ok(())
+}

@@ -1,0 +1,77 @@
+//! Owen-scrambled Sobol points, padded in groups of four dimensions (Burley, "Practical
+//! Hash-based Owen Scrambling", JCGT 9(4), 2020).
+//!
+//! Two consecutive 2D draws are four dimensions of one Sobol sequence (Joe & Kuo's direction
+//! numbers), scrambled in each; the next two take the same sequence in an order shuffled
+//! anew. The first pair of a group is a (0,2)-sequence, the second has t ≤ 2. A 1D draw is
+//! shuffled and scrambled by itself. All keys depend on the pixel and on the upper half of the
+//! index: beyond 2³² samples a fresh scramble begins.
+
+use super::sobol_matrix::{pair_reversed, pascal_reversed};
+use crate::hash::{combine, halves, nth, owen_reversed, third, unit};
+use kaustika_math::Vec2;
+
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sobol {
+    key: u64,
+    /// The lower half of the index, bits reversed.
+    index_reversed: u32,
+    /// The shuffled index of the group whose first pair was the last 2D draw, if it was.
+    half_group: Option<u32>,
+}
+
+/// A scrambled number from its reversed digits.
+#[inline]
+pub(super) fn scrambled(reversed: u32, seed: u32) -> f32 {
+    unit(owen_reversed(reversed, seed).reverse_bits())
+}
+
+/// Two scrambled numbers from their reversed digits, which are put in order together.
+#[inline]
+pub(super) fn scrambled_2d(x: u32, y: u32, seeds: u64) -> Vec2 {
+    let (sx, sy) = halves(seeds);
+    let both = u64::from(owen_reversed(x, sx)) | u64::from(owen_reversed(y, sy)) << 32;
+    let (x, y) = halves(both.reverse_bits());
+    Vec2::new(unit(x), unit(y))
+}
+
+impl Sobol {
+    #[inline]
+    pub(super) fn new(pixel_key: u64, index: u64) -> Self {
+        Sobol {
+            key: combine(pixel_key, index >> 32),
+            index_reversed: (index as u32).reverse_bits(),
+            half_group: None,
+        }
+    }
+
+    #[inline]
+    pub(super) fn fork(&self, salt: u64) -> Self {
+        Sobol { key: combine(self.key, salt), half_group: None, ..*self }
+    }
+
+    #[inline]
+    pub(super) fn seek(&mut self) {
+        self.half_group = None;
+    }
+
+    #[inline]
+    pub(super) fn get_1d(&self, dimension: u32) -> f32 {
+        let (shuffle, scramble) = halves(nth(self.key, dimension));
+        scrambled(owen_reversed(self.index_reversed, shuffle).reverse_bits(), scramble)
+    }
+
+    #[inline]
+    pub(super) fn get_2d(&mut self, dimension: u32) -> Vec2 {
+        let h = nth(self.key, dimension);
+        let (x, y) = match self.half_group.take() {
+            None => {
+                let i = owen_reversed(self.index_reversed, third(h)).reverse_bits();
+                self.half_group = Some(i);
+                (i, pascal_reversed(i))
+            }
+            Some(i) => pair_reversed(i),
+        };
+        scrambled_2d(x, y, h)
+    }
+}

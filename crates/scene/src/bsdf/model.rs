@@ -1,0 +1,59 @@
+//! The closed set of scattering models.
+
+use super::{
+    BsdfSample, Conductor, Dielectric, Diffuse, Lobes, Mode, Null, Scatter, ThinDielectric,
+};
+use kaustika_math::{Vec2, Vec3};
+use kaustika_spectra::Spectrum;
+
+/// Generates [`Model`] and its dispatch. To add a model: its file, and one line here.
+macro_rules! models {
+    ($($(#[$doc:meta])* $Name:ident($T:ty)),+ $(,)?) => {
+        /// Any scattering model, by value.
+        #[derive(Clone, Copy, Debug)]
+        pub enum Model {
+
+            $($(#[$doc])* $Name($T)),+
+        }
+
+        impl Scatter for Model {
+            #[inline]
+            fn eval(&self, wo: Vec3, wi: Vec3, mode: Mode, lobes: Lobes) -> Spectrum {
+                match self { $(Model::$Name(m) => m.eval(wo, wi, mode, lobes)),+ }
+            }
+            #[inline]
+            fn pdf(&self, wo: Vec3, wi: Vec3, mode: Mode, lobes: Lobes) -> (f32, f32) {
+                match self { $(Model::$Name(m) => m.pdf(wo, wi, mode, lobes)),+ }
+            }
+            #[inline]
+            fn sample(&self, wo: Vec3, uc: f32, u2: Vec2, mode: Mode, lobes: Lobes) -> Option<BsdfSample> {
+                match self { $(Model::$Name(m) => m.sample(wo, uc, u2, mode, lobes)),+ }
+            }
+            #[inline]
+            fn albedo(&self, wo: Vec3) -> Spectrum {
+                match self { $(Model::$Name(m) => m.albedo(wo)),+ }
+            }
+            #[inline]
+            fn roughness(&self) -> f32 {
+                match self { $(Model::$Name(m) => m.roughness()),+ }
+            }
+            #[inline]
+            fn lobes(&self) -> Lobes {
+                match self { $(Model::$Name(m) => m.lobes()),+ }
+            }
+        }
+    };
+}
+
+models! {
+    /// Lambert.
+    Diffuse(Diffuse),
+    /// Metal.
+    Conductor(Conductor),
+    /// Glass.
+    Dielectric(Dielectric),
+    /// A thin pane.
+    ThinDielectric(ThinDielectric),
+    /// Nothing there.
+    Null(Null),
+}

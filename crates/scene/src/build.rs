@@ -1,0 +1,439 @@
+//! From a description to a scene.
+
+use crate::camera::Camera;
+use crate::description::{
+    EmissionDesc, GeometryDesc, MaterialModel, SceneDescription, ShapeDesc, TextureId, TriMesh,
+};
+use crate::error::BuildError;
+use crate::geometry::{Geometry, Group, Instance};
+use crate::light::{AreaLight, AreaShape, Light, LightSelection, LightSelectionKind, mean_power};
+use crate::material::Materials;
+use crate::scene::{Scene, ShapeInfo};
+use crate::shape::{MeshRange, Quadric, QuadricForm, TriangleStore};
+use crate::surface::LightId;
+use crate::tessellate;
+use crate::texture::{AttributeTable, TexturePoint, Textures};
+use kaustika_accel::{BoxBvh, BuildOptions, TriangleBvh};
+use kaustika_math::{Bounds3, Vec2, Vec3};
+use kaustika_spectra::{ColorMode, SpectrumRole};
+use std::collections::HashSet;
+
+/// Choices made outside the scene file.
+#[derive(Clone, Debug)]
+pub struct SceneOptions {
+    /// RGB or spectral.
+    pub mode: ColorMode,
+    /// Which camera.
+    pub camera: usize,
+    /// Width and height; `None`: as the camera's film says.
+    pub resolution: Option<[u32; 2]>,
+    /// How lights are chosen; `None`: as the file says, else the default.
+    pub light_selection: Option<LightSelectionKind>,
+}
+
+/// Everything gathered before hierarchies are built.
+#[derive(Default)]
+struct Gathered {
+    triangles: TriangleStore,
+    quadrics: Vec<Quadric>,
+    shapes: Vec<ShapeInfo>,
+    lights: Vec<Light>,
+    attributes: Vec<(String, (u32, u32, Vec<[[f32; 3]; 3]>))>,
+    emissions: Vec<(Option<f32>, std::ops::Range<usize>)>,
+    has_holes: bool,
+}
+
+impl Scene {
+    /// Builds the scene that `description` describes.
+    pub fn build(
+        description: &SceneDescription,
+        options: &SceneOptions,
+    ) -> Result<Scene, BuildError> {
+        let camera_desc = description
+            .cameras
+            .get(options.camera)
+            .ok_or_else(|| BuildError::new(None, "the scene has no camera"))?;
+        let resolution = options.resolution.unwrap_or(camera_desc.film.resolution);
+
+        let mut gathered = Gathered::default();
+        let mut groups = Vec::new();
+        let mut ranges = vec![gathered.add_shapes(description, &description.shapes, false)?];
+        for group in &description.groups {
+            ranges.push(gathered.add_shapes(description, &group.shapes, true)?);
+        }
+        for (triangles, quadrics) in ranges {
+            let indices = &gathered.triangles.indices[triangles.clone()];
+            let bounds: Vec<Bounds3> =
+                gathered.quadrics[quadrics.clone()].iter().map(Quadric::bounds).collect();
+            groups.push(Group {
+                triangles: TriangleBvh::build(
+                    &gathered.triangles.positions,
+                    indices,
+                    &BuildOptions::default(),
+                ),
+                first_triangle: triangles.start as u32,
+                quadrics: BoxBvh::build(&bounds),
+                first_quadric: quadrics.start as u32,
+                quadric_count: quadrics.len() as u32,
+            });
+        }
+        let mut instances = Vec::new();
+        for i in &description.instances {
+            instances.push(Instance {
+                group: i.group.0 + 1,
+                to_world: i.transform,
+                from_world: i.transform.inverse(),
+            });
+        }
+        let instance_bounds: Vec<Bounds3> = instances
+            .iter()
+            .map(|i| i.to_world.bounds(&groups[i.group as usize].bounds()))
+            .collect();
+        let geometry = Geometry {
+            triangles: gathered.triangles,
+            quadrics: gathered.quadrics,
+            groups,
+            instances,
+            instance_bvh: BoxBvh::build(&instance_bounds),
+            has_holes: gathered.has_holes,
+        };
+
+        let roles = Roles::of(description);
+        let attributes = gathered.attributes;
+        let textures = Textures::new(
+            description,
+            options.mode,
+            |id| roles.of_texture(id),
+            |name| AttributeTable {
+                ranges: attributes
+                    .iter()
+                    .filter(|(n, _)| n == name)
+                    .map(|(_, r)| r.clone())
+                    .collect(),
+                scale: 1.0,
+            },
+        );
+        let materials = Materials::new(description, &textures);
+        let camera = Camera::new(camera_desc, resolution);
+
+        let bounds = geometry.bounds().with_point(camera.position());
+        let (center, radius) = bounds.bounding_sphere();
+        let mut scene = Scene {
+            geometry,
+            shapes: gathered.shapes,
+            textures,
+            materials,
+            lights: gathered.lights,
+            environments: Vec::new(),
+            light_selection: LightSelection::default(),
+            camera,
+            mode: options.mode,
+            center,
+            radius: (radius * 1.001).max(1e-3),
+            format: description.format,
+        };
+        scene.normalise_powers(&gathered.emissions);
+        for light in &description.lights {
+            let built = Light::build(light, options.mode);
+            if matches!(built, Light::Environment(_)) {
+                scene.environments.push(LightId(scene.lights.len() as u32));
+            }
+            scene.lights.push(built);
+        }
+        let kind = options.light_selection.or_else(|| {
+            description.integrator.light_sampler.as_deref().and_then(|s| s.parse().ok())
+        });
+        scene.light_selection = LightSelection::new(kind.unwrap_or_default(), &scene);
+        Ok(scene)
+    }
+
+    /// Scales emitters that are given by their power, shape by shape.
+    fn normalise_powers(&mut self, emissions: &[(Option<f32>, std::ops::Range<usize>)]) {
+        for (power, lights) in emissions {
+            let Some(power) = power else { continue };
+            let emitted: f32 =
+                self.lights[lights.clone()].iter().map(|l| mean_power(l, self)).sum();
+            if emitted > 0.0 {
+                for light in &mut self.lights[lights.clone()] {
+                    if let Light::Area(a) = light {
+                        a.scale *= power / emitted;
+                    }
+                }
+            }
+        }
+    }
+}
+
+type Ranges = (std::ops::Range<usize>, std::ops::Range<usize>);
+
+impl Gathered {
+    fn add_shapes(
+        &mut self,
+        description: &SceneDescription,
+        shapes: &[ShapeDesc],
+        instanced: bool,
+    ) -> Result<Ranges, BuildError> {
+        let (t0, q0) = (self.triangles.indices.len(), self.quadrics.len());
+        for shape in shapes {
+            self.add_shape(description, shape, instanced)?;
+        }
+        Ok((t0..self.triangles.indices.len(), q0..self.quadrics.len()))
+    }
+
+    fn add_shape(
+        &mut self,
+        description: &SceneDescription,
+        desc: &ShapeDesc,
+        instanced: bool,
+    ) -> Result<(), BuildError> {
+        let index = self.shapes.len() as u32;
+        let material = &description.materials[desc.material.0 as usize].model;
+        let interface = matches!(material, MaterialModel::Null { counts: false });
+        self.has_holes |= interface || desc.alpha.is_some();
+        self.shapes.push(ShapeInfo {
+            name: desc.name.clone(),
+            material: desc.material,
+            alpha: desc.alpha,
+            interface,
+        });
+        let first_light = self.lights.len();
+        // An instance has no lights of its own: its emission would need one for each placement.
+        let emission = desc.emission.as_ref().filter(|_| !instanced);
+        match &desc.geometry {
+            GeometryDesc::Mesh(mesh) => self.add_mesh(desc, mesh, index, emission)?,
+            GeometryDesc::Rectangle => {
+                self.add_mesh(desc, &tessellate::rectangle(), index, emission)?;
+            }
+            GeometryDesc::Cube => self.add_mesh(desc, &tessellate::cube(), index, emission)?,
+            GeometryDesc::BilinearPatches { positions, indices, normals, uvs } => {
+                let mesh = tessellate::bilinear_patches(positions, indices, normals, uvs);
+                self.add_mesh(desc, &mesh, index, emission)?;
+            }
+            GeometryDesc::Sphere { radius, z_min, z_max, phi_max } => {
+                let form = QuadricForm::Sphere { radius: *radius, z_min: *z_min, z_max: *z_max };
+                self.add_quadric(desc, form, *phi_max, index, emission);
+            }
+            GeometryDesc::Cylinder { radius, z_min, z_max, phi_max } => {
+                let form = QuadricForm::Cylinder { radius: *radius, z_min: *z_min, z_max: *z_max };
+                self.add_quadric(desc, form, *phi_max, index, emission);
+            }
+            GeometryDesc::Disk { height, radius, inner_radius, phi_max } => {
+                let form =
+                    QuadricForm::Disk { height: *height, radius: *radius, inner: *inner_radius };
+                self.add_quadric(desc, form, *phi_max, index, emission);
+            }
+        }
+        if let Some(e) = emission {
+            self.emissions.push((e.power, first_light..self.lights.len()));
+        }
+        Ok(())
+    }
+
+    fn add_quadric(
+        &mut self,
+        desc: &ShapeDesc,
+        form: QuadricForm,
+        phi_max: f32,
+        shape: u32,
+        emission: Option<&EmissionDesc>,
+    ) {
+        let light = emission.map(|_| LightId(self.lights.len() as u32));
+        let quadric = Quadric {
+            form,
+            phi_max: phi_max.to_radians().min(2.0 * std::f32::consts::PI),
+            to_world: desc.transform,
+            flip: desc.flip_normals,
+            shape,
+            light,
+        };
+        let number = self.quadrics.len() as u32;
+        if let Some(e) = emission {
+            let shape = match quadric.as_whole_sphere() {
+                Some((center, radius)) => AreaShape::Sphere(number, center, radius),
+                None => AreaShape::Quadric(number),
+            };
+            self.lights.push(area_light(e, shape));
+        }
+        self.quadrics.push(quadric);
+    }
+
+    fn add_mesh(
+        &mut self,
+        desc: &ShapeDesc,
+        mesh: &TriMesh,
+        shape: u32,
+        emission: Option<&EmissionDesc>,
+    ) -> Result<(), BuildError> {
+        let store = &mut self.triangles;
+        let (first, vertices) = (store.indices.len() as u32, store.positions.len());
+        let total = vertices + mesh.positions.len();
+        if total > u32::MAX as usize || store.indices.len() + mesh.indices.len() > 1 << 31 {
+            return Err(BuildError::new(desc.span, "the scene has more than 2^31 triangles"));
+        }
+        let t = &desc.transform;
+        let identity = t.is_identity();
+        store
+            .positions
+            .extend(mesh.positions.iter().map(|p| if identity { *p } else { t.point(*p) }));
+        let has_normals = mesh.normals.len() == mesh.positions.len() && !mesh.normals.is_empty();
+        let has_uvs = mesh.uvs.len() == mesh.positions.len() && !mesh.uvs.is_empty();
+        if has_normals {
+            store.normals.resize(vertices, Vec3::ZERO);
+            store.normals.extend(mesh.normals.iter().map(|n| {
+                let n = if identity { *n } else { t.normal(*n) };
+                n.try_normalize().unwrap_or(Vec3::ZERO)
+            }));
+        }
+        if has_uvs {
+            store.uvs.resize(vertices, Vec2::ZERO);
+            store.uvs.extend_from_slice(&mesh.uvs);
+        }
+        let base = vertices as u32;
+        // A mirroring transform turns the winding over; swapping two corners keeps the front
+        // where the object-space normal, carried along as a normal, points.
+        let mirrored = t.swaps_handedness();
+        store.indices.extend(mesh.indices.iter().map(|[a, b, c]| {
+            let (b, c) = if mirrored { (c, b) } else { (b, c) };
+            [base + a, base + b, base + c]
+        }));
+        let number = store.meshes.len() as u32;
+        store.mesh_of.resize(store.indices.len(), number);
+        let count = mesh.indices.len() as u32;
+        store.meshes.push(MeshRange {
+            shape,
+            first,
+            count,
+            has_normals,
+            has_uvs,
+            flip: desc.flip_normals,
+            first_light: emission.map(|_| self.lights.len() as u32),
+        });
+        if let Some(e) = emission {
+            for i in first..first + count {
+                let shape = AreaShape::Triangle(i, store.area(i).max(f32::MIN_POSITIVE));
+                self.lights.push(area_light(e, shape));
+            }
+        }
+        for a in &mesh.attributes {
+            let value = |element: u32| -> [f32; 3] {
+                let at = (element * a.channels) as usize;
+                std::array::from_fn(|c| {
+                    let c = if a.channels == 1 { 0 } else { c };
+                    a.values.get(at + c).copied().unwrap_or(0.0)
+                })
+            };
+            let corners = mesh
+                .indices
+                .iter()
+                .enumerate()
+                .map(|(f, [i, j, k])| match a.per_face {
+                    true => [value(f as u32); 3],
+                    false if mirrored => [value(*i), value(*k), value(*j)],
+                    false => [value(*i), value(*j), value(*k)],
+                })
+                .collect();
+            self.attributes.push((a.name.clone(), (first, first + count, corners)));
+        }
+        Ok(())
+    }
+}
+
+fn area_light(e: &EmissionDesc, shape: AreaShape) -> Light {
+    Light::Area(AreaLight { shape, radiance: e.radiance, scale: e.scale, two_sided: e.two_sided })
+}
+
+/// Which meaning the colours of each texture have.
+struct Roles {
+    illuminants: HashSet<TextureId>,
+    unbounded: HashSet<TextureId>,
+}
+
+impl Roles {
+    /// Textures used for emission or for indices of refraction, and their children.
+    fn of(description: &SceneDescription) -> Roles {
+        use crate::description::{ConductorColor, IorDesc};
+        let mut roles = Roles { illuminants: HashSet::new(), unbounded: HashSet::new() };
+        let shapes = description.shapes.iter();
+        for shape in shapes.chain(description.groups.iter().flat_map(|g| &g.shapes)) {
+            if let Some(e) = &shape.emission {
+                mark(description, e.radiance, &mut roles.illuminants);
+            }
+        }
+        for material in &description.materials {
+            let (color, ior) = match &material.model {
+                MaterialModel::Conductor { color, .. } => (Some(color), None),
+                MaterialModel::Dielectric { ior, .. }
+                | MaterialModel::ThinDielectric { ior, .. } => (None, Some(ior)),
+                MaterialModel::CoatedDiffuse { coat, .. } => (None, Some(&coat.ior)),
+                MaterialModel::CoatedConductor { color, coat, .. } => {
+                    (Some(color), Some(&coat.ior))
+                }
+                _ => (None, None),
+            };
+            if let Some(ConductorColor::EtaK { eta, k }) = color {
+                mark(description, *eta, &mut roles.unbounded);
+                mark(description, *k, &mut roles.unbounded);
+            }
+            if let Some(IorDesc::Spectrum(t)) = ior {
+                mark(description, *t, &mut roles.unbounded);
+            }
+        }
+        roles
+    }
+
+    fn of_texture(&self, id: TextureId) -> SpectrumRole {
+        if self.illuminants.contains(&id) {
+            SpectrumRole::Illuminant
+        } else if self.unbounded.contains(&id) {
+            SpectrumRole::Unbounded
+        } else {
+            SpectrumRole::Albedo
+        }
+    }
+}
+
+/// Adds a texture and what it is computed from.
+fn mark(description: &SceneDescription, id: TextureId, set: &mut HashSet<TextureId>) {
+    use crate::description::TextureNode as N;
+    if !set.insert(id) {
+        return;
+    }
+    match &description.textures[id.0 as usize].node {
+        N::Checkerboard { a, b, .. }
+        | N::Checkerboard3d { a, b, .. }
+        | N::Dots { inside: a, outside: b, .. }
+        | N::DirectionMix { a, b, .. } => {
+            mark(description, *a, set);
+            mark(description, *b, set);
+        }
+        N::Mix { a, b, .. } => {
+            mark(description, *a, set);
+            mark(description, *b, set);
+        }
+        N::Scale { texture, .. } => mark(description, *texture, set),
+        N::Bilerp { corners, .. } => corners.iter().for_each(|c| mark(description, *c, set)),
+        N::Float(_) | N::Spectrum(_) | N::Bitmap(_) | N::Noise { .. } | N::MeshAttribute { .. } => {
+        }
+    }
+}
+
+impl TexturePoint {
+    /// The texture point of a surface.
+    #[inline]
+    pub fn of(s: &crate::surface::Surface) -> TexturePoint {
+        let uv_width = if s.footprint > 0.0 {
+            let stretch = s.dpdu.cross(s.dpdv).length().sqrt();
+            if stretch > 0.0 { s.footprint / stretch } else { 0.0 }
+        } else {
+            0.0
+        };
+        TexturePoint {
+            p: s.p,
+            n: s.frame.n,
+            uv: s.uv,
+            uv_width,
+            triangle: s.triangle,
+            barycentrics: s.barycentrics,
+        }
+    }
+}

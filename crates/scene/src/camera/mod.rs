@@ -1,0 +1,102 @@
+//! Cameras: where a point of the film looks, and what a point of the scene shows on the film.
+//!
+//! Film positions are in pixels, x right, y down, the top left corner of the picture at (0, 0);
+//! cropping does not move them. A camera is the twin of a light: [`Camera::sample_we`] starts a
+//! path, [`Camera::sample_wi`] connects a point to the lens. Importance is normalised so that a
+//! pixel's value is the mean radiance over its area (and filter, and lens): the cos⁴ of a real
+//! film is left out, as in pbrt and Mitsuba.
+
+mod projective;
+mod spherical;
+
+pub use projective::Projective;
+pub use spherical::Spherical;
+
+use crate::description::{CameraDesc, CameraKind};
+use kaustika_math::{Ray, Vec2, Vec3};
+
+/// A ray from the camera into the scene.
+#[derive(Clone, Copy, Debug)]
+pub struct CameraRay {
+    /// The ray; its direction is unit.
+    pub ray: Ray,
+    /// It sees nothing beyond this distance.
+    pub t_max: f32,
+    /// Angle that a pixel's width fills, radians (orthographic: 0, see `width`).
+    pub spread: f32,
+    /// Width of a pixel's footprint at the origin, world units.
+    pub width: f32,
+}
+
+/// A connection from a scene point to the lens.
+#[derive(Clone, Copy, Debug)]
+pub struct CameraConnection {
+    /// Unit direction from the point to the lens.
+    pub wi: Vec3,
+    /// The point on the lens.
+    pub p_lens: Vec3,
+    /// Where the point shows on the film.
+    pub film: Vec2,
+    /// Importance emitted from the lens toward the point, per pixel of the film: the flux
+    /// through a connection with weight `we / pdf_w` lands on the pixel at `film`.
+    pub we: f32,
+    /// Density of `wi` per solid angle at the point (1 for a pinhole, which has no area).
+    pub pdf_w: f32,
+    /// True if the lens is a point.
+    pub delta: bool,
+}
+
+/// The closed set of cameras.
+#[derive(Clone, Debug)]
+pub enum Camera {
+    /// Perspective or orthographic, pinhole or thin lens.
+    Projective(Projective),
+    /// All directions.
+    Spherical(Spherical),
+}
+
+impl Camera {
+    /// From a description, at a resolution (which may differ from the file's).
+    pub fn new(desc: &CameraDesc, resolution: [u32; 2]) -> Camera {
+        match &desc.kind {
+            CameraKind::Spherical { equal_area } => {
+                Camera::Spherical(Spherical::new(desc, *equal_area, resolution))
+            }
+            _ => Camera::Projective(Projective::new(desc, resolution)),
+        }
+    }
+
+    /// The ray through a film position and a lens sample.
+    #[inline]
+    pub fn sample_we(&self, film: Vec2, lens: Vec2, time: f32) -> CameraRay {
+        match self {
+            Camera::Projective(c) => c.sample_we(film, lens, time),
+            Camera::Spherical(c) => c.sample_we(film, time),
+        }
+    }
+
+    /// Connects the scene point `p` to the lens; `None` if it is not in the picture.
+    pub fn sample_wi(&self, p: Vec3, lens: Vec2) -> Option<CameraConnection> {
+        match self {
+            Camera::Projective(c) => c.sample_wi(p, lens),
+            Camera::Spherical(c) => c.sample_wi(p),
+        }
+    }
+
+    /// Densities of [`Camera::sample_we`] choosing the ray, over the whole film: (per area of
+    /// the lens, per solid angle); (0, 0) outside the picture.
+    pub fn pdf_we(&self, ray: &Ray) -> (f32, f32) {
+        match self {
+            Camera::Projective(c) => c.pdf_we(ray),
+            Camera::Spherical(c) => c.pdf_we(ray),
+        }
+    }
+
+    /// Where the camera stands.
+    pub fn position(&self) -> Vec3 {
+        match self {
+            Camera::Projective(c) => c.position(),
+            Camera::Spherical(c) => c.position(),
+        }
+    }
+}

@@ -1,0 +1,242 @@
+//! All surfaces of a scene behind two questions: what does a ray meet first, and does it meet
+//! anything at all.
+//!
+//! Surfaces live in groups. Group 0 is the world; the others are placed by instances. A group
+//! has one hierarchy over its triangles and one over its analytic shapes; the instances have
+//! one of their own.
+
+use crate::shape::{Quadric, QuadricHit, TriangleStore};
+use crate::surface::Surface;
+use kaustika_accel::{BoxBvh, TriangleBvh, TriangleHit};
+use kaustika_math::{Bounds3, Frame, Ray, Transform, Vec3};
+
+/// Surfaces that are placed together.
+#[derive(Debug)]
+pub struct Group {
+    /// Hierarchy of its triangles.
+    pub triangles: TriangleBvh,
+    /// Number of its first triangle in the store.
+    pub first_triangle: u32,
+    /// Hierarchy of its analytic shapes.
+    pub quadrics: BoxBvh,
+    /// Number of its first analytic shape.
+    pub first_quadric: u32,
+    /// How many analytic shapes it has.
+    pub quadric_count: u32,
+}
+
+/// A group placed in the world.
+#[derive(Clone, Debug)]
+pub struct Instance {
+    /// Which group.
+    pub group: u32,
+    /// Group space to world.
+    pub to_world: Transform,
+    /// World to group space.
+    pub from_world: Transform,
+}
+
+/// What a ray met.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Primitive {
+    /// A triangle of the store and barycentric weights.
+    Triangle(u32, [f32; 3]),
+    /// An analytic shape.
+    Quadric(u32, QuadricHit),
+}
+
+/// A hit; [`Geometry::surface`] makes a [`Surface`] of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Ray parameter.
+    pub t: f32,
+    /// What.
+    pub primitive: Primitive,
+    /// Through which instance.
+    pub instance: Option<u32>,
+}
+
+/// Every surface of a scene.
+#[derive(Debug)]
+pub struct Geometry {
+    /// Triangles of all groups.
+    pub triangles: TriangleStore,
+    /// Analytic shapes of all groups.
+    pub quadrics: Vec<Quadric>,
+    /// Groups; the first is the world.
+    pub groups: Vec<Group>,
+    /// Placements.
+    pub instances: Vec<Instance>,
+    /// Hierarchy of the placements.
+    pub instance_bvh: BoxBvh,
+    /// True if some surface may let rays pass by its texture or material.
+    pub has_holes: bool,
+}
+
+/// Decides whether a candidate hit counts: (primitive, ray in its group's space).
+pub trait Accept: Fn(&Primitive, &Ray) -> bool {}
+impl<F: Fn(&Primitive, &Ray) -> bool> Accept for F {}
+
+impl Geometry {
+    /// The box around everything.
+    pub fn bounds(&self) -> Bounds3 {
+        let world = self.groups.first().map_or(Bounds3::EMPTY, Group::bounds);
+        world.union(self.instance_bvh.bounds())
+    }
+
+    /// The first surface along the ray with t in (0, t_max) that `accept` takes.
+    #[inline]
+    pub fn intersect(&self, ray: &Ray, t_max: f32, accept: impl Accept) -> Option<Hit> {
+        let mut best = self.groups[0].intersect(self, ray, t_max, &accept);
+        if !self.instances.is_empty() {
+            let limit = best.map_or(t_max, |h| h.t);
+            let nearest = self.instance_bvh.intersect(ray, limit, |i, t_max| {
+                let instance = &self.instances[i as usize];
+                let local = instance.from_world.ray(ray);
+                let hit =
+                    self.groups[instance.group as usize].intersect(self, &local, t_max, &accept)?;
+                Some((hit.t, hit))
+            });
+            if let Some((_, i, hit)) = nearest {
+                best = Some(Hit { instance: Some(i), ..hit });
+            }
+        }
+        best
+    }
+
+    /// True if `accept` takes any surface along the ray with t in (0, t_max).
+    #[inline]
+    pub fn occluded(&self, ray: &Ray, t_max: f32, accept: impl Accept) -> bool {
+        self.groups[0].occluded(self, ray, t_max, &accept)
+            || (!self.instances.is_empty()
+                && self.instance_bvh.any(ray, t_max, |i, t_max| {
+                    let instance = &self.instances[i as usize];
+                    let local = instance.from_world.ray(ray);
+                    self.groups[instance.group as usize].occluded(self, &local, t_max, &accept)
+                }))
+    }
+
+    /// The surface at a hit.
+    pub fn surface(&self, hit: &Hit, ray: &Ray) -> Surface {
+        let surface = match &hit.primitive {
+            Primitive::Triangle(i, b) => self.triangles.surface(*i, *b, hit.t, ray.time),
+            Primitive::Quadric(i, h) => self.quadrics[*i as usize].surface(h, ray.time),
+        };
+        match hit.instance {
+            Some(i) => placed(&surface, &self.instances[i as usize].to_world),
+            None => surface,
+        }
+    }
+
+    /// Bytes held by the hierarchies.
+    pub fn memory_bytes(&self) -> usize {
+        self.groups.iter().map(|g| g.triangles.memory_bytes()).sum()
+    }
+}
+
+impl Group {
+    /// The box around the group.
+    pub fn bounds(&self) -> Bounds3 {
+        self.triangles.bounds().union(self.quadrics.bounds())
+    }
+
+    fn triangle(&self, hit: &TriangleHit) -> Primitive {
+        Primitive::Triangle(self.first_triangle + hit.prim, hit.b)
+    }
+
+    #[inline]
+    fn intersect(
+        &self,
+        all: &Geometry,
+        ray: &Ray,
+        t_max: f32,
+        accept: &impl Accept,
+    ) -> Option<Hit> {
+        let hit = if all.has_holes {
+            self.triangles.intersect_filtered(ray, t_max, |h| accept(&self.triangle(h), ray))
+        } else {
+            self.triangles.intersect(ray, t_max)
+        };
+        let mut best = hit.map(|h| Hit { t: h.t, primitive: self.triangle(&h), instance: None });
+        if self.quadric_count == 0 {
+            return best;
+        }
+        let limit = best.map_or(t_max, |h| h.t);
+        let nearest = self.quadrics.intersect(ray, limit, |i, t_max| {
+            let index = self.first_quadric + i;
+            let hit = all.quadrics[index as usize].intersect(ray, t_max)?;
+            let primitive = Primitive::Quadric(index, hit);
+            (!all.has_holes || accept(&primitive, ray)).then_some((hit.t, primitive))
+        });
+        if let Some((t, _, primitive)) = nearest {
+            best = Some(Hit { t, primitive, instance: None });
+        }
+        best
+    }
+
+    #[inline]
+    fn occluded(&self, all: &Geometry, ray: &Ray, t_max: f32, accept: &impl Accept) -> bool {
+        let by_triangle = if all.has_holes {
+            self.triangles.occluded_filtered(ray, t_max, |h| accept(&self.triangle(h), ray))
+        } else {
+            self.triangles.occluded(ray, t_max)
+        };
+        by_triangle
+            || (!self.quadric_count == 0
+                && self.quadrics.any(ray, t_max, |i, t_max| {
+                    let index = self.first_quadric + i;
+                    all.quadrics[index as usize].intersect(ray, t_max).is_some_and(|hit| {
+                        !all.has_holes || accept(&Primitive::Quadric(index, hit), ray)
+                    })
+                }))
+    }
+}
+
+/// A surface of a group, seen through an instance.
+fn placed(s: &Surface, to_world: &Transform) -> Surface {
+    let ng = to_world.normal(s.ng).normalize();
+    let ns = to_world.normal(s.frame.n).normalize();
+    let dpdu = to_world.vector(s.dpdu);
+    Surface {
+        p: to_world.point(s.p),
+        p_error: to_world.point_error(s.p, s.p_error),
+        ng,
+        frame: Frame::from_normal_tangent(ns, dpdu),
+        dpdu,
+        dpdv: to_world.vector(s.dpdv),
+        ..*s
+    }
+}
+
+impl Hit {
+    /// Index of the shape in the scene's list.
+    pub fn shape(&self, geometry: &Geometry) -> u32 {
+        self.primitive.shape(geometry)
+    }
+}
+
+impl Primitive {
+    /// Index of the shape in the scene's list.
+    #[inline]
+    pub fn shape(&self, geometry: &Geometry) -> u32 {
+        match self {
+            Primitive::Triangle(i, _) => geometry.triangles.mesh(*i).shape,
+            Primitive::Quadric(i, _) => geometry.quadrics[*i as usize].shape,
+        }
+    }
+
+    /// A number that tells rays and places apart, for repeatable stochastic decisions.
+    pub fn hash(&self, ray: &Ray) -> u64 {
+        let (id, t) = match self {
+            Primitive::Triangle(i, b) => (*i as u64, b[1].to_bits()),
+            Primitive::Quadric(i, h) => (*i as u64 | 1 << 40, h.t.to_bits()),
+        };
+        let bits = |v: Vec3| {
+            (v.x.to_bits() as u64) ^ (v.y.to_bits() as u64) << 21 ^ (v.z.to_bits() as u64) << 42
+        };
+        let mix = kaustika_math::mix_bits;
+        mix(mix(id ^ (t as u64) << 32)
+            ^ bits(ray.o).wrapping_mul(0x9e37_79b9_7f4a_7c15)
+            ^ mix(bits(ray.d)))
+    }
+}

@@ -1,0 +1,216 @@
+//! Area lights: triangles and analytic shapes that emit.
+//!
+//! ```text
+//! pdf_ω = pdf_A d² / |cos θ_light|                                         (1)
+//! whole spheres from outside: uniform in the cone they fill                (2)
+//! ```
+
+use super::{EmittedRay, LightSample};
+use crate::Scene;
+use crate::description::TextureId;
+use crate::shape::{ShapeSample, area_to_solid_angle};
+use crate::surface::Surface;
+use kaustika_math::ray::offset_origin;
+use kaustika_math::{Frame, Ray, Vec2, Vec3, gamma, safe_sqrt, sqr, warp};
+use kaustika_spectra::{Spectrum, Wavelengths};
+use std::f32::consts::PI;
+
+/// What emits.
+#[derive(Clone, Copy, Debug)]
+pub enum AreaShape {
+    /// A triangle of the store, with its area.
+    Triangle(u32, f32),
+    /// An analytic shape.
+    Quadric(u32),
+    /// An analytic shape that is a whole sphere: number, centre, radius.
+    Sphere(u32, Vec3, f32),
+}
+
+/// An emitting surface.
+#[derive(Clone, Copy, Debug)]
+pub struct AreaLight {
+    /// Its form.
+    pub shape: AreaShape,
+    /// Radiance over its uv.
+    pub radiance: TextureId,
+    /// Multiplies it.
+    pub scale: f32,
+    /// True if both sides emit.
+    pub two_sided: bool,
+}
+
+impl AreaLight {
+    fn emitted(
+        &self,
+        scene: &Scene,
+        n: Vec3,
+        uv: Vec2,
+        p: Vec3,
+        w: Vec3,
+        lambda: &Wavelengths,
+    ) -> Spectrum {
+        if !self.two_sided && n.dot(w) <= 0.0 {
+            return Spectrum::ZERO;
+        }
+        let at = crate::texture::TexturePoint {
+            p,
+            n,
+            uv,
+            uv_width: 0.0,
+            triangle: u32::MAX,
+            barycentrics: Vec2::ZERO,
+        };
+        scene.textures.spectrum(self.radiance, &at, lambda) * self.scale
+    }
+
+    /// Radiance leaving `s` along `w`.
+    #[inline]
+    pub fn le(&self, scene: &Scene, s: &Surface, w: Vec3, lambda: &Wavelengths) -> Spectrum {
+        self.emitted(scene, s.ng, s.uv, s.p, w, lambda)
+    }
+
+    /// A point of the surface and its density per area.
+    fn sample_area(&self, scene: &Scene, u: Vec2) -> (ShapeSample, f32) {
+        let g = &scene.geometry;
+        match self.shape {
+            AreaShape::Triangle(i, area) => (g.triangles.sample(i, u), 1.0 / area),
+            AreaShape::Quadric(i) | AreaShape::Sphere(i, ..) => g.quadrics[i as usize].sample(u),
+        }
+    }
+
+    /// A direction from `from` to the light.
+    pub fn sample_li(
+        &self,
+        scene: &Scene,
+        from: Vec3,
+        u: Vec2,
+        lambda: &Wavelengths,
+    ) -> Option<LightSample> {
+        let (s, wi, pdf_w) = match self.shape {
+            AreaShape::Sphere(i, center, radius)
+                if (from - center).length_squared() > sqr(radius * 1.0001) =>
+            {
+                let to_center = center - from;
+                let dc2 = to_center.length_squared();
+                let sin2_max = sqr(radius) / dc2;
+                let one_minus_cos_max = one_minus_cos(sin2_max);
+                let local = warp::uniform_cone(u, one_minus_cos_max);
+                let wi = Frame::from_normal(to_center / dc2.sqrt()).to_world(local);
+                // Where the direction meets the sphere.
+                let (dc, cos) = (dc2.sqrt(), local.z);
+                let sin2 = (1.0 - cos) * (1.0 + cos);
+                let d = dc * cos - safe_sqrt(sqr(radius) - dc2 * sin2);
+                let n = ((from + wi * d) - center).normalize();
+                let quadric = &scene.geometry.quadrics[i as usize];
+                let p = center + n * radius;
+                let outward = if quadric.flip { -n } else { n };
+                let p_error = (center.abs() + Vec3::splat(radius)) * gamma(6);
+                let s = ShapeSample { p, p_error, n: outward, uv: quadric.uv_at(p) };
+                (s, wi, warp::uniform_cone_pdf_w(one_minus_cos_max)) // (2)
+            }
+            _ => {
+                let (s, pdf_a) = self.sample_area(scene, u);
+                let to_light = s.p - from;
+                let d2 = to_light.length_squared();
+                let wi = to_light.try_normalize()?;
+                let pdf_w = area_to_solid_angle(pdf_a, d2, s.n.dot(wi)); // (1)
+                (s, wi, pdf_w)
+            }
+        };
+        if pdf_w <= 0.0 {
+            return None;
+        }
+        let le = self.emitted(scene, s.n, s.uv, s.p, -wi, lambda);
+        Some(LightSample { wi, p: s.p, p_error: s.p_error, n: s.n, pdf_w, le, delta: false })
+    }
+
+    /// Density per solid angle of [`AreaLight::sample_li`] choosing `wi`, which met `s`.
+    #[inline]
+    pub fn pdf_li(&self, scene: &Scene, from: Vec3, s: &Surface, wi: Vec3) -> f32 {
+        let pdf_a = match self.shape {
+            AreaShape::Triangle(_, area) => 1.0 / area,
+            AreaShape::Sphere(_, center, radius)
+                if (from - center).length_squared() > sqr(radius * 1.0001) =>
+            {
+                let sin2_max = sqr(radius) / (center - from).length_squared();
+                return warp::uniform_cone_pdf_w(one_minus_cos(sin2_max));
+            }
+            AreaShape::Quadric(i) | AreaShape::Sphere(i, ..) => {
+                scene.geometry.quadrics[i as usize].pdf_a_at(s.p)
+            }
+        };
+        area_to_solid_angle(pdf_a, (s.p - from).length_squared(), s.ng.dot(wi))
+    }
+
+    /// A ray that leaves the light: uniform over its area, cosine-distributed.
+    pub fn sample_le(
+        &self,
+        scene: &Scene,
+        u: Vec2,
+        v: Vec2,
+        lambda: &Wavelengths,
+    ) -> Option<EmittedRay> {
+        let (s, pdf_a) = self.sample_area(scene, u);
+        let mut side = 1.0;
+        let mut v = v;
+        if self.two_sided {
+            // One half of the first number chooses the side.
+            side = if v.x < 0.5 { 1.0 } else { -1.0 };
+            v.x = if v.x < 0.5 { 2.0 * v.x } else { 2.0 * v.x - 1.0 };
+        }
+        let local = warp::cosine_hemisphere(v);
+        let n = s.n * side;
+        let w = Frame::from_normal(n).to_world(local);
+        let pdf_w = warp::cosine_hemisphere_pdf_w(local.z) * if self.two_sided { 0.5 } else { 1.0 };
+        if pdf_w <= 0.0 {
+            return None;
+        }
+        let le = self.emitted(scene, s.n, s.uv, s.p, w, lambda);
+        let ray = Ray::new(offset_origin(s.p, s.p_error, s.n, w), w);
+        Some(EmittedRay { ray, le, n, pdf_a, pdf_w, cos: local.z })
+    }
+
+    /// Densities (per area, per solid angle) of [`AreaLight::sample_le`].
+    pub fn pdf_le(&self, scene: &Scene, p: Vec3, n: Vec3, w: Vec3) -> (f32, f32) {
+        let pdf_a = match self.shape {
+            AreaShape::Triangle(_, area) => 1.0 / area,
+            AreaShape::Quadric(i) | AreaShape::Sphere(i, ..) => {
+                scene.geometry.quadrics[i as usize].pdf_a_at(p)
+            }
+        };
+        let cos = n.dot(w);
+        let pdf_w = if self.two_sided {
+            0.5 * warp::cosine_hemisphere_pdf_w(cos.abs())
+        } else {
+            warp::cosine_hemisphere_pdf_w(cos)
+        };
+        (pdf_a, pdf_w)
+    }
+
+    /// Emitted flux: ∫ π L dA, by a fixed set of points where the radiance varies.
+    pub fn power(&self, scene: &Scene, lambda: &Wavelengths) -> Spectrum {
+        const N: usize = 4;
+        let mut sum = Spectrum::ZERO;
+        for i in 0..N * N {
+            let u = Vec2::new((i % N) as f32 + 0.5, (i / N) as f32 + 0.5) / N as f32;
+            let (s, pdf_a) = self.sample_area(scene, u);
+            sum += self.emitted(scene, s.n, s.uv, s.p, s.n, lambda) / pdf_a;
+        }
+        let sides = if self.two_sided { 2.0 } else { 1.0 };
+        sum * (sides * PI / (N * N) as f32)
+    }
+
+    /// World-space area.
+    pub fn area(&self, scene: &Scene) -> f32 {
+        match self.shape {
+            AreaShape::Triangle(_, area) => area,
+            AreaShape::Quadric(i) => scene.geometry.quadrics[i as usize].area(),
+            AreaShape::Sphere(_, _, r) => 4.0 * PI * r * r,
+        }
+    }
+}
+
+/// 1 - cosθ from sin²θ without cancellation for small angles.
+fn one_minus_cos(sin2: f32) -> f32 {
+    sin2 / (1.0 + safe_sqrt(1.0 - sin2))
+}

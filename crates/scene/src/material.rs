@@ -1,0 +1,224 @@
+//! Materials: at each hit, textures are evaluated and the nested models of the file become the
+//! flat list of a [`Bsdf`].
+
+use crate::bsdf::{
+    Bsdf, Conductor, ConductorFresnel, Dielectric, Diffuse, Masking, Microfacet, Model, Null, Part,
+    ThinDielectric,
+};
+use crate::description::{
+    ConductorColor, IorDesc, MaterialId, MaterialModel, RoughnessDesc, SceneDescription,
+    SourceFormat, TextureId,
+};
+use crate::surface::Surface;
+use crate::texture::{TexturePoint, Textures};
+use kaustika_math::{Frame, Vec3};
+use kaustika_spectra::{ColorMode, Spectrum, Wavelengths};
+
+/// All materials of a scene.
+#[derive(Debug, Default)]
+pub struct Materials {
+    models: Vec<MaterialModel>,
+    masking: Masking,
+}
+
+/// Where on the way down a nest of materials we are.
+#[derive(Clone, Copy)]
+struct Place {
+    frame: Frame,
+    /// The shading normal before bump or normal maps, if there were any.
+    guard: Option<Vec3>,
+    /// True on the back of a two-sided material: frames are turned over at the leaf.
+    back: bool,
+    weight: f32,
+}
+
+/// One hit: what the models' parameters depend on.
+struct Hit<'t, 'l> {
+    textures: &'t Textures,
+    surface: &'l Surface,
+    at: TexturePoint,
+    wo: Vec3,
+    lambda: &'l mut Wavelengths,
+}
+
+impl Hit<'_, '_> {
+    fn spectrum(&self, id: TextureId) -> Spectrum {
+        self.textures.spectrum(id, &self.at, self.lambda)
+    }
+
+    fn float(&self, id: TextureId) -> f32 {
+        self.textures.float(id, &self.at)
+    }
+
+    /// An index of refraction at the hero wavelength; where it disperses, the path keeps only
+    /// that wavelength.
+    fn ior(&mut self, ior: &IorDesc) -> f32 {
+        match ior {
+            IorDesc::Constant(eta) => *eta,
+            IorDesc::Spectrum(id) => {
+                let eta = self.spectrum(*id);
+                if eta.0[1..] != [eta.0[0]; 3] {
+                    self.lambda.terminate_secondary();
+                }
+                match self.lambda.mode {
+                    ColorMode::Rgb => self.textures.ior(*id).unwrap_or(eta.0[1]),
+                    ColorMode::Spectral => eta.0[0],
+                }
+            }
+        }
+    }
+
+    fn microfacet(&self, r: &RoughnessDesc, masking: Masking) -> Microfacet {
+        let alpha = |id| {
+            let v = self.float(id).max(0.0);
+            if r.remap { v.sqrt() } else { v }
+        };
+        let (u, v) = (alpha(r.alpha_u), alpha(r.alpha_v));
+        if u == 0.0 && v == 0.0 {
+            return Microfacet::smooth();
+        }
+        Microfacet::new(r.distribution, u, v).with_masking(masking)
+    }
+
+    fn conductor(&self, color: &ConductorColor) -> ConductorFresnel {
+        match color {
+            ConductorColor::EtaK { eta, k } => {
+                ConductorFresnel::EtaK { eta: self.spectrum(*eta), k: self.spectrum(*k) }
+            }
+            ConductorColor::Reflectance(r) => ConductorFresnel::from_reflectance(self.spectrum(*r)),
+            ConductorColor::Mirror => ConductorFresnel::Mirror,
+        }
+    }
+}
+
+impl Materials {
+    /// Prepares the materials of a description.
+    pub fn new(description: &SceneDescription, _textures: &Textures) -> Materials {
+        // Mitsuba multiplies the shadowing of both directions, pbrt correlates their heights.
+        let masking = match description.format {
+            SourceFormat::Mitsuba3 | SourceFormat::Mitsuba06 => Masking::Separable,
+            SourceFormat::Pbrt | SourceFormat::BuiltIn => Masking::HeightCorrelated,
+        };
+        Materials {
+            models: description.materials.iter().map(|m| m.model.clone()).collect(),
+            masking,
+        }
+    }
+
+    /// The scattering of material `id` at a surface; `None` where it is only an interface
+    /// between media.
+    pub fn bsdf(
+        &self,
+        id: MaterialId,
+        textures: &Textures,
+        surface: &Surface,
+        wo: Vec3,
+        lambda: &mut Wavelengths,
+    ) -> Option<Bsdf> {
+        if matches!(self.models[id.0 as usize], MaterialModel::Null { counts: false }) {
+            return None;
+        }
+        let mut bsdf = Bsdf::new(surface.ng);
+        let at = TexturePoint::of(surface);
+        let mut hit = Hit { textures, surface, at, wo, lambda };
+        let place = Place { frame: surface.frame, guard: None, back: false, weight: 1.0 };
+        self.add(id, place, &mut hit, &mut bsdf);
+        Some(bsdf)
+    }
+
+    fn add(&self, id: MaterialId, place: Place, hit: &mut Hit, out: &mut Bsdf) {
+        use MaterialModel as M;
+        let model: Model = match &self.models[id.0 as usize] {
+            M::Mix { a, b, amount } => {
+                let t = hit.float(*amount).clamp(0.0, 1.0);
+                self.add(*a, Place { weight: place.weight * (1.0 - t), ..place }, hit, out);
+                self.add(*b, Place { weight: place.weight * t, ..place }, hit, out);
+                return;
+            }
+            M::Sum { parts } => {
+                for (weight, id) in parts {
+                    self.add(*id, Place { weight: place.weight * weight, ..place }, hit, out);
+                }
+                return;
+            }
+            M::Mask { material, opacity } => {
+                let t = hit.float(*opacity).clamp(0.0, 1.0);
+                self.add(*material, Place { weight: place.weight * t, ..place }, hit, out);
+                out.push(place.part(Model::Null(Null), place.weight * (1.0 - t)));
+                return;
+            }
+            M::TwoSided { front, back } => {
+                let behind = place.frame.n.dot(hit.wo) < 0.0;
+                let id = if behind { *back } else { *front };
+                self.add(id, Place { back: place.back ^ behind, ..place }, hit, out);
+                return;
+            }
+            M::Bump { material, displacement, scale } => {
+                let frame = bumped(hit, place.frame, *displacement, *scale);
+                let guard = Some(place.guard.unwrap_or(place.frame.n));
+                self.add(*material, Place { frame, guard, ..place }, hit, out);
+                return;
+            }
+            M::NormalMap { material, normals } => {
+                let frame = normal_mapped(hit, place.frame, *normals);
+                let guard = Some(place.guard.unwrap_or(place.frame.n));
+                self.add(*material, Place { frame, guard, ..place }, hit, out);
+                return;
+            }
+            M::Diffuse { reflectance } => {
+                Model::Diffuse(Diffuse { reflectance: hit.spectrum(*reflectance) })
+            }
+            M::Conductor { color, specular_reflectance, roughness } => {
+                Model::Conductor(Conductor {
+                    fresnel: hit.conductor(color),
+                    tint: hit.spectrum(*specular_reflectance),
+                    surface: hit.microfacet(roughness, self.masking),
+                })
+            }
+            M::Dielectric { ior, specular_reflectance, specular_transmittance, roughness } => {
+                Model::Dielectric(Dielectric {
+                    eta: hit.ior(ior),
+                    reflectance: hit.spectrum(*specular_reflectance),
+                    transmittance: hit.spectrum(*specular_transmittance),
+                    surface: hit.microfacet(roughness, self.masking),
+                })
+            }
+            M::ThinDielectric { ior, specular_reflectance, specular_transmittance } => {
+                Model::ThinDielectric(ThinDielectric {
+                    eta: hit.ior(ior),
+                    reflectance: hit.spectrum(*specular_reflectance),
+                    transmittance: hit.spectrum(*specular_transmittance),
+                })
+            }
+            _ => Model::Null(Null),
+        };
+        out.push(place.part(model, place.weight));
+    }
+}
+
+impl Place {
+    fn part(&self, model: Model, weight: f32) -> Part {
+        let flip = |n: Vec3| if self.back { -n } else { n };
+        let frame = if self.back { self.frame.flipped() } else { self.frame };
+        Part { frame, guard: self.guard.map(flip), weight, model }
+    }
+}
+
+/// The frame of a surface displaced along its normal by a height map (Blinn 1978):
+/// ∂p'/∂u = ∂p/∂u + (∂h/∂u - n·∂p/∂u) n, the change of the normal itself left out.
+fn bumped(hit: &Hit, frame: Frame, height: TextureId, scale: f32) -> Frame {
+    let s = hit.surface;
+    let grad = hit.textures.gradient(height, &hit.at) * scale;
+    let n = frame.n;
+    let dpdu = s.dpdu + n * (grad.x - n.dot(s.dpdu));
+    let dpdv = s.dpdv + n * (grad.y - n.dot(s.dpdv));
+    let Some(turned) = dpdu.cross(dpdv).try_normalize() else { return frame };
+    Frame::from_normal_tangent(turned.face_forward(n), dpdu)
+}
+
+/// The frame with the normal that a tangent-space map gives.
+fn normal_mapped(hit: &Hit, frame: Frame, normals: TextureId) -> Frame {
+    let [x, y, z] = hit.textures.raw_rgb(normals, &hit.at).map(|v| 2.0 * v - 1.0);
+    let Some(local) = Vec3::new(x, y, z).try_normalize() else { return frame };
+    Frame::from_normal_tangent(frame.to_world(local), hit.surface.dpdu)
+}

@@ -1,0 +1,127 @@
+//! The scene: immutable once built, shared by all threads; answers every question a method has.
+
+use crate::bsdf::Bsdf;
+use crate::camera::Camera;
+use crate::description::{MaterialId, SourceFormat, TextureId};
+use crate::geometry::{Geometry, Hit, Primitive};
+use crate::light::{Light, LightSample, LightSelection};
+use crate::material::Materials;
+use crate::surface::{LightId, Surface};
+use crate::texture::{TexturePoint, Textures};
+use kaustika_math::ray::offset_origin;
+use kaustika_math::{Ray, Vec3};
+use kaustika_spectra::{ColorMode, Spectrum, Wavelengths};
+
+/// What the scene remembers of a shape.
+#[derive(Clone, Debug)]
+pub struct ShapeInfo {
+    /// Name in the file; may be empty.
+    pub name: String,
+    /// What it is made of.
+    pub material: MaterialId,
+    /// Cut-out texture.
+    pub alpha: Option<TextureId>,
+    /// True if it is only a boundary between media: shadow rays pass.
+    pub interface: bool,
+}
+
+/// A scene ready to be rendered.
+#[derive(Debug)]
+pub struct Scene {
+    /// Surfaces.
+    pub geometry: Geometry,
+    /// One entry a shape.
+    pub shapes: Vec<ShapeInfo>,
+    /// Textures.
+    pub textures: Textures,
+    /// Materials.
+    pub materials: Materials,
+    /// Lights.
+    pub lights: Vec<Light>,
+    /// The lights that surround the scene.
+    pub environments: Vec<LightId>,
+    /// How a light is chosen.
+    pub light_selection: LightSelection,
+    /// The camera.
+    pub camera: Camera,
+    /// What the lanes of a spectrum mean.
+    pub mode: ColorMode,
+    /// Centre of a sphere around all surfaces and the camera.
+    pub center: Vec3,
+    /// Its radius, at least a little more than 0.
+    pub radius: f32,
+    /// Format the scene came from.
+    pub format: SourceFormat,
+}
+
+impl Scene {
+    /// The first surface along the ray with t in (0, t_max); the ray's direction is unit.
+    #[inline]
+    pub fn intersect(&self, ray: &Ray, t_max: f32) -> Option<Surface> {
+        let hit = self.hit(ray, t_max)?;
+        Some(self.geometry.surface(&hit, ray))
+    }
+
+    /// As [`Scene::intersect`], without the surface.
+    #[inline]
+    pub fn hit(&self, ray: &Ray, t_max: f32) -> Option<Hit> {
+        self.geometry.intersect(ray, t_max, |p, ray| !self.is_hole(p, ray))
+    }
+
+    /// True if nothing stands between the surface `s` and the point of the light sample.
+    #[inline]
+    pub fn unoccluded(&self, s: &Surface, l: &LightSample) -> bool {
+        let target = offset_origin(l.p, l.p_error, l.n, s.p - l.p);
+        self.unoccluded_to(s, target)
+    }
+
+    /// True if nothing stands between the surface `s` and the point `target`.
+    #[inline]
+    pub fn unoccluded_to(&self, s: &Surface, target: Vec3) -> bool {
+        let ray = s.spawn_to(target);
+        let opaque = |p: &Primitive, ray: &Ray| {
+            !self.shapes[p.shape(&self.geometry) as usize].interface && !self.is_hole(p, ray)
+        };
+        !self.geometry.occluded(&ray, 1.0, opaque)
+    }
+
+    /// Decides whether a cut-out lets the ray pass here: repeatable for the same ray and place.
+    #[inline]
+    fn is_hole(&self, p: &Primitive, ray: &Ray) -> bool {
+        let Some(alpha) = self.shapes[p.shape(&self.geometry) as usize].alpha else { return false };
+        let s = match p {
+            Primitive::Triangle(i, b) => self.geometry.triangles.surface(*i, *b, 0.0, ray.time),
+            Primitive::Quadric(i, h) => self.geometry.quadrics[*i as usize].surface(h, ray.time),
+        };
+        let a = self.textures.float(alpha, &TexturePoint::of(&s));
+        a < 1.0 && (a <= 0.0 || (p.hash(ray) >> 40) as f32 / (1u64 << 24) as f32 >= a)
+    }
+
+    /// The scattering at a surface for light leaving along `wo`. Dispersive materials end the
+    /// secondary wavelengths. `None` where the surface is only an interface between media.
+    #[inline]
+    pub fn bsdf(&self, s: &Surface, wo: Vec3, lambda: &mut Wavelengths) -> Option<Bsdf> {
+        let material = self.shapes[s.shape as usize].material;
+        self.materials.bsdf(material, &self.textures, s, wo, lambda)
+    }
+
+    /// Radiance that the surface itself emits along `wo`.
+    #[inline]
+    pub fn le(&self, s: &Surface, wo: Vec3, lambda: &Wavelengths) -> Spectrum {
+        match s.light {
+            Some(l) => self.lights[l.0 as usize].le(self, s, wo, lambda),
+            None => Spectrum::ZERO,
+        }
+    }
+
+    /// Material of a surface.
+    pub fn material_of(&self, s: &Surface) -> MaterialId {
+        self.shapes[s.shape as usize].material
+    }
+
+    /// The light with this number.
+    #[inline]
+    pub fn light(&self, id: LightId) -> &Light {
+        &self.lights[id.0 as usize]
+    }
+}
