@@ -73,6 +73,18 @@ impl Microfacet {
         Microfacet { masking, ..self }
     }
 
+    /// Distribution of normals.
+    #[inline]
+    pub fn kind(&self) -> Distribution {
+        self.kind
+    }
+
+    /// How masking and shadowing combine.
+    #[inline]
+    pub fn masking(&self) -> Masking {
+        self.masking
+    }
+
     /// True if models should treat the surface as ideally smooth.
     #[inline]
     pub fn is_smooth(&self) -> bool {
@@ -83,6 +95,19 @@ impl Microfacet {
     #[inline]
     pub fn roughness(&self) -> f32 {
         if self.is_smooth() { 0.0 } else { (self.alpha_u * self.alpha_v).sqrt().min(1.0) }
+    }
+
+    /// Roughness of the isotropic surface that looks about as rough from `w`: the mean square
+    /// of the roughness along the azimuth of `w` and of both axes.
+    #[inline]
+    pub fn isotropic_alpha(&self, w: Vec3) -> f32 {
+        let axes = 0.5 * (sqr(self.alpha_u) + sqr(self.alpha_v));
+        let sin2 = sqr(w.x) + sqr(w.y);
+        if sin2 < 1e-6 {
+            return axes.sqrt();
+        }
+        let along = (sqr(self.alpha_u * w.x) + sqr(self.alpha_v * w.y)) / sin2;
+        (0.5 * (along + axes)).sqrt()
     }
 
     /// D(m) per solid angle, for `wm.z > 0`: (1), (2). ∫ D cos θ dω = 1.
@@ -150,6 +175,14 @@ impl Microfacet {
     #[inline]
     pub fn pdf_visible(&self, w: Vec3, wm: Vec3) -> f32 {
         self.g1(w) * self.d(wm) * w.abs_dot(wm) / w.z.abs()
+    }
+
+    /// Densities of reflecting a visible normal: of `wi` given `wo` and of `wo` given `wi`, both
+    /// above the surface, with half vector `wm`. D_ω(m)/(4 ω·m) = G₁(ω) D(m)/(4 cos θ).
+    #[inline]
+    pub fn pdf_reflection(&self, wo: Vec3, wi: Vec3, wm: Vec3) -> (f32, f32) {
+        let d = 0.25 * self.d(wm);
+        (d * self.g1(wo) / wo.z, d * self.g1(wi) / wi.z)
     }
 
     /// Draws one of the normals that `w` sees, `wm.z >= 0`, with density

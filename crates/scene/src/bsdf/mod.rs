@@ -20,15 +20,26 @@
 //!   `TwoSided` makes them reflect on both sides.
 //! * `eval` and `pdf` are pure functions of their arguments.
 
+mod albedo;
+mod conductor;
+mod dielectric;
 mod diffuse;
+pub mod fresnel;
 mod lobes;
 mod microfacet;
+mod null;
 #[cfg(test)]
 mod testing;
+mod thin_dielectric;
 
+pub use albedo::microfacet_albedo;
+pub use conductor::{Conductor, ConductorFresnel};
+pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
 pub use lobes::Lobes;
 pub use microfacet::{Masking, Microfacet};
+pub use null::Null;
+pub use thin_dielectric::ThinDielectric;
 
 use kaustika_math::{Vec2, Vec3};
 use kaustika_spectra::Spectrum;
