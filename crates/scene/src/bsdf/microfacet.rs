@@ -91,10 +91,16 @@ impl Microfacet {
         self.alpha_u.max(self.alpha_v) < Self::SMOOTH
     }
 
+    /// √(αᵤ αᵥ).
+    #[inline]
+    pub fn alpha(&self) -> f32 {
+        (self.alpha_u * self.alpha_v).sqrt()
+    }
+
     /// √(αᵤ αᵥ) in [0,1]; 0 if smooth.
     #[inline]
     pub fn roughness(&self) -> f32 {
-        if self.is_smooth() { 0.0 } else { (self.alpha_u * self.alpha_v).sqrt().min(1.0) }
+        if self.is_smooth() { 0.0 } else { self.alpha().min(1.0) }
     }
 
     /// Roughness of the isotropic surface that looks about as rough from `w`: the mean square

@@ -28,6 +28,9 @@ pub mod fresnel;
 mod lobes;
 mod microfacet;
 mod null;
+mod plastic;
+mod rough_plastic;
+mod rough_transmittance;
 #[cfg(test)]
 mod testing;
 mod thin_dielectric;
@@ -39,6 +42,9 @@ pub use diffuse::Diffuse;
 pub use lobes::Lobes;
 pub use microfacet::{Masking, Microfacet};
 pub use null::Null;
+pub use plastic::{Plastic, PlasticCoat};
+pub use rough_plastic::RoughPlastic;
+pub use rough_transmittance::{AlphaIndex, RoughTransmittance};
 pub use thin_dielectric::ThinDielectric;
 
 use kaustika_math::{Vec2, Vec3};
