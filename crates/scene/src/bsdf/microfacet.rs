@@ -116,19 +116,6 @@ impl Microfacet {
         (0.5 * (along + axes)).sqrt()
     }
 
-    /// Roughness of the isotropic surface that looks about as rough from `w`: the mean square
-    /// of the roughness along the azimuth of `w` and of both axes.
-    #[inline]
-    pub fn isotropic_alpha(&self, w: Vec3) -> f32 {
-        let axes = 0.5 * (sqr(self.alpha_u) + sqr(self.alpha_v));
-        let sin2 = sqr(w.x) + sqr(w.y);
-        if sin2 < 1e-6 {
-            return axes.sqrt();
-        }
-        let along = (sqr(self.alpha_u * w.x) + sqr(self.alpha_v * w.y)) / sin2;
-        (0.5 * (along + axes)).sqrt()
-    }
-
     /// D(m) per solid angle, for `wm.z > 0`: (1), (2). ∫ D cos θ dω = 1.
     #[inline]
     pub fn d(&self, wm: Vec3) -> f32 {
