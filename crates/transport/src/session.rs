@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 pub struct Budget {
     /// Stop before this pass; passes are numbered from 0.
     pub end_pass: Option<u64>,
-    /// Stop after this time.
+    /// Stop after this time, but not without any pass.
     pub time: Option<Duration>,
     /// Stop when 95 % of the pixels have an estimated relative error of at most this.
     pub noise: Option<f32>,
@@ -130,9 +130,9 @@ impl<'a> Session<'a> {
         };
         loop {
             let pass = self.tree.next_missing(self.first_pass);
-            if end.is_some_and(|end| pass >= end)
-                || budget.time.is_some_and(|t| start.elapsed() >= t)
-            {
+            // However short the time, a picture comes of it.
+            let is_late = budget.time.is_some_and(|t| start.elapsed() >= t);
+            if end.is_some_and(|end| pass >= end) || (is_late && self.tree.passes() > 0) {
                 break;
             }
             let [width, height] = self.frame.size();

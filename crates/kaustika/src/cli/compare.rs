@@ -2,6 +2,7 @@
 
 use super::args::CompareArgs;
 use super::failure::Failure;
+use super::stdout;
 use kaustika::film::metrics::{
     CompareOptions, Comparison, VarianceReport, VarianceTestOptions, compare, variance_test,
 };
@@ -24,12 +25,10 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
         None => None,
         Some(path) => Some(statistics(args, path, &image, &truth, &test)?),
     };
-    if args.json {
-        println!("{:#}", Value::Object(to_json(&figures, tests.as_ref())));
-    } else {
-        print(&figures, tests.as_ref());
+    match args.json {
+        true => stdout::write_json(&Value::Object(to_json(&figures, tests.as_ref()))),
+        false => stdout::write(&table(&figures, tests.as_ref())),
     }
-    Ok(())
 }
 
 fn colour<'a>(picture: &'a Picture, path: &Path) -> Result<RgbView<'a>, Failure> {
@@ -103,28 +102,29 @@ fn to_json(c: &Comparison, tests: Option<&VarianceReport>) -> Map<String, Value>
     map
 }
 
-fn print(c: &Comparison, tests: Option<&VarianceReport>) {
-    let row = |name: &str, value: String| println!("{name:16} {value}");
-    row("MSE", format!("{:.6e}", c.mse));
-    row("relMSE", format!("{:.6e}", c.rel_mse));
-    row("relMSE trimmed", format!("{:.6e}", c.rel_mse_trimmed));
-    row("MAPE", format!("{:.4} %", 100.0 * c.mape));
-    if let Some(flip) = c.flip {
-        row("FLIP", format!("{flip:.5}"));
-    }
+fn table(c: &Comparison, tests: Option<&VarianceReport>) -> String {
     let [r, g, b] = c.mean_ratio_rgb;
-    row("mean ratio", format!("{:.5}  (red {r:.5}, green {g:.5}, blue {b:.5})", c.mean_ratio));
+    let mut rows = vec![
+        ("MSE", format!("{:.6e}", c.mse)),
+        ("relMSE", format!("{:.6e}", c.rel_mse)),
+        ("relMSE trimmed", format!("{:.6e}", c.rel_mse_trimmed)),
+        ("MAPE", format!("{:.4} %", 100.0 * c.mape)),
+        ("FLIP", c.flip.map_or("-".into(), |f| format!("{f:.5}"))),
+        ("mean ratio", format!("{:.5}  (red {r:.5}, green {g:.5}, blue {b:.5})", c.mean_ratio)),
+    ];
     if c.non_finite + c.reference_non_finite > 0 {
         let (here, there) = (c.non_finite, c.reference_non_finite);
-        row("not finite", format!("{here} pixels, reference {there}"));
+        rows.push(("not finite", format!("{here} pixels, reference {there}")));
     }
-    let Some(t) = tests else { return };
-    let word = |accept| if accept { "pass" } else { "FAIL" };
-    let (p, s, m) = (&t.pixels, &t.tiles, &t.mean);
-    let passed = 100.0 * p.passed;
-    row("pixels", format!("{}  {passed:.3} % within, max |z| {:.2}", word(p.accept), p.max_z));
-    row("tiles", format!("{}  {} of {} off", word(s.accept), s.failed, s.tiles));
-    let [x, y, z] = m.z;
-    row("mean", format!("{}  z {x:.2} {y:.2} {z:.2}", word(m.accept)));
-    row("chi2 / dof", format!("{:.4}", t.chi2_per_dof));
+    if let Some(t) = tests {
+        let word = |accept| if accept { "pass" } else { "FAIL" };
+        let (p, s, m) = (&t.pixels, &t.tiles, &t.mean);
+        let (passed, [x, y, z]) = (100.0 * p.passed, m.z);
+        let pixels = format!("{}  {passed:.3} % within, max |z| {:.2}", word(p.accept), p.max_z);
+        rows.push(("pixels", pixels));
+        rows.push(("tiles", format!("{}  {} of {} off", word(s.accept), s.failed, s.tiles)));
+        rows.push(("mean", format!("{}  z {x:.2} {y:.2} {z:.2}", word(m.accept))));
+        rows.push(("chi2 / dof", format!("{:.4}", t.chi2_per_dof)));
+    }
+    rows.into_iter().map(|(name, value)| format!("{name:16} {value}\n")).collect()
 }

@@ -16,7 +16,7 @@ pub fn parse(text: &str) -> Result<Duration, String> {
     };
     let expected = || "expected a duration such as 60, 60s, 5m, 1.5h".to_string();
     let seconds: f64 = number.trim().parse().map_err(|_| expected())?;
-    if !(seconds > 0.0) {
+    if seconds.is_nan() || seconds <= 0.0 {
         return Err(format!("{}, greater than 0", expected()));
     }
     Duration::try_from_secs_f64(seconds * unit).map_err(|_| expected())

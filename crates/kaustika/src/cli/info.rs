@@ -1,8 +1,8 @@
 //! `kaustika info`.
 
 use super::args::InfoArgs;
-use super::diagnostics;
 use super::failure::Failure;
+use super::{diagnostics, stdout};
 use kaustika::load;
 use kaustika::scene::description::{
     CameraDesc, GeometryDesc, SceneDescription, Severity, ShapeDesc, SourceFormat,
@@ -16,16 +16,16 @@ use std::collections::BTreeMap;
 /// If the scene has errors; they and what could be read are shown all the same.
 pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     let description = load(&args.scene, &args.define);
-    let summary = summarise(&description);
+    let mut summary = summarise(&description);
     if args.json {
-        println!("{:#}", Value::Object(summary));
+        summary.push(("messages", messages(&description)));
+        let map: Map<String, Value> =
+            summary.into_iter().map(|(k, v)| (k.to_string(), v)).collect();
+        stdout::write_json(&Value::Object(map))?;
     } else {
         diagnostics::show(&description.sources, &description.diagnostics, false);
-        for (key, value) in &summary {
-            if key != "messages" {
-                println!("{key:12} {}", plain(value));
-            }
-        }
+        let lines = summary.iter().map(|(key, value)| format!("{key:24} {}\n", plain(value)));
+        stdout::write(&lines.collect::<String>())?;
     }
     match description.diagnostics.has_errors() {
         true => Err(Failure::Told),
@@ -33,9 +33,12 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     }
 }
 
-fn summarise(d: &SceneDescription) -> Map<String, Value> {
+/// What there is to say, in order.
+fn summarise(d: &SceneDescription) -> Vec<(&'static str, Value)> {
     let in_groups = d.groups.iter().flat_map(|g| &g.shapes);
     let shapes: Vec<&ShapeDesc> = d.shapes.iter().chain(in_groups).collect();
+    let is_mesh = |s: &&&ShapeDesc| matches!(s.geometry, GeometryDesc::Mesh(_));
+    let meshes = shapes.iter().filter(is_mesh).count();
     let stored =
         triangles(&d.shapes) + d.groups.iter().map(|g| triangles(&g.shapes)).sum::<usize>();
     let instanced = d.instances.iter().filter_map(|i| d.groups.get(i.group.0 as usize));
@@ -45,16 +48,17 @@ fn summarise(d: &SceneDescription) -> Map<String, Value> {
         "max_depth": d.integrator.max_depth,
         "rr_depth": d.integrator.rr_depth,
     });
-    let entries = [
+    vec![
         ("scene", d.sources.files.first().map(|f| f.path.display().to_string()).into()),
         ("format", format_name(d.format).into()),
         ("files", d.sources.files.len().into()),
         ("shapes", shapes.len().into()),
         ("shape_kinds", count(shapes.iter().map(|s| variant(&s.geometry)))),
+        ("analytic_shapes", (shapes.len() - meshes).into()),
         ("triangles", stored.into()),
-        ("triangles_with_instances", placed.into()),
         ("groups", d.groups.len().into()),
         ("instances", d.instances.len().into()),
+        ("triangles_with_instances", placed.into()),
         ("emitting_shapes", shapes.iter().filter(|s| s.emission.is_some()).count().into()),
         ("lights", d.lights.len().into()),
         ("light_kinds", count(d.lights.iter().map(|l| variant(&l.kind)))),
@@ -67,9 +71,7 @@ fn summarise(d: &SceneDescription) -> Map<String, Value> {
         ("integrator", integrator),
         ("errors", d.diagnostics.count(Severity::Error).into()),
         ("warnings", d.diagnostics.count(Severity::Warning).into()),
-        ("messages", messages(d)),
-    ];
-    entries.into_iter().map(|(k, v)| (k.to_string(), v)).collect()
+    ]
 }
 
 fn triangles(shapes: &[ShapeDesc]) -> usize {

@@ -2,9 +2,10 @@
 
 use super::args::MethodsArgs;
 use super::failure::Failure;
+use super::stdout;
 use kaustika::setup::find_method;
 use kaustika::transport::method::{Bias, Schedule};
-use kaustika::transport::registry::{ALL, Entry};
+use kaustika::transport::registry::{ALL, Entry, Parameter};
 use serde_json::{Value, json};
 
 /// Lists the methods, or one with its parameters.
@@ -13,46 +14,45 @@ use serde_json::{Value, json};
 /// If there is no method of the name given.
 pub fn run(args: &MethodsArgs) -> Result<(), Failure> {
     match &args.name {
-        None if args.json => {
-            println!("{:#}", Value::Array(ALL.iter().map(to_json).collect()));
-        }
-        None => list(),
+        None if args.json => stdout::write_json(&ALL.iter().map(to_json).collect()),
+        None => stdout::write(&list()),
         Some(name) => {
             let entry = find_method(name).map_err(Failure::usage)?;
             match args.json {
-                true => println!("{:#}", to_json(entry)),
-                false => describe(entry),
+                true => stdout::write_json(&to_json(entry)),
+                false => stdout::write(&describe(entry)),
             }
         }
     }
-    Ok(())
 }
 
-fn list() {
+fn list() -> String {
     let width = ALL.iter().map(|e| e.info.name.len()).max().unwrap_or(0);
-    for e in ALL {
-        println!("{:width$}  {}", e.info.name, e.info.summary);
-    }
+    ALL.iter().map(|e| format!("{:width$}  {}\n", e.info.name, e.info.summary)).collect()
 }
 
-fn describe(entry: &Entry) {
+fn describe(entry: &Entry) -> String {
     let i = entry.info;
-    println!("{}: {}\n", i.name, i.summary);
-    println!("paths      {}", i.path_class);
-    println!("estimate   {}", bias(i.bias));
-    println!("passes     {}", schedule(i.schedule));
-    println!("one spp    {}", i.one_spp);
-    println!("source     {}", i.source);
-    let parameters = (entry.parameters)();
-    if parameters.is_empty() {
-        return;
+    let mut text = format!("{}: {}\n\n", i.name, i.summary);
+    for (name, value) in [
+        ("paths", i.path_class),
+        ("estimate", bias(i.bias)),
+        ("passes", schedule(i.schedule)),
+        ("one spp", i.one_spp),
+        ("source", i.source),
+    ] {
+        text += &format!("{name:10} {value}\n");
     }
-    println!("\nparameters (-p KEY=VALUE)");
-    let cell = |p: &kaustika::transport::registry::Parameter| format!("{}={}", p.key, p.default);
+    let parameters = (entry.parameters)();
+    if !parameters.is_empty() {
+        text += "\nparameters (-p KEY=VALUE)\n";
+    }
+    let cell = |p: &Parameter| format!("{}={}", p.key, p.default);
     let width = parameters.iter().map(|p| cell(p).len()).max().unwrap_or(0);
     for p in &parameters {
-        println!("  {:width$}  {}", cell(p), p.help);
+        text += &format!("  {:width$}  {}\n", cell(p), p.help);
     }
+    text
 }
 
 fn to_json(entry: &Entry) -> Value {

@@ -7,12 +7,14 @@ mod duration;
 mod failure;
 mod info;
 mod interrupt;
+mod job;
 mod merge;
 mod methods;
 mod picture;
 mod progress;
 mod rays;
 mod render;
+mod stdout;
 mod viewer;
 
 use args::{Args, Command};

@@ -2,6 +2,7 @@
 
 use super::args::RaysArgs;
 use super::failure::Failure;
+use super::stdout;
 use kaustika::accel::{BuildOptions, TriangleBvh};
 use kaustika::formats::mesh::{MeshOptions, read_mesh};
 use kaustika::math::{Ray, Vec3};
@@ -55,14 +56,15 @@ pub fn run(args: &RaysArgs) -> Result<(), Failure> {
         "bytes_per_triangle": bytes,
     });
     if args.json {
-        println!("{report}");
-    } else {
-        let (best, median) = (mrays(seconds[0]), mrays(seconds[seconds.len() / 2]));
-        println!("{best:.3} Mrays/s at best, {median:.3} in the median");
-        println!("{} of {} rays hit, sum of distances {:.3}", count.hits, rays.len(), count.t_sum);
-        println!("tree of {triangles} triangles in {build_seconds:.3} s, {bytes:.1} bytes each");
+        return stdout::write(&format!("{report}\n"));
     }
-    Ok(())
+    let (best, median) = (mrays(seconds[0]), mrays(seconds[seconds.len() / 2]));
+    let (hits, all, sum) = (count.hits, rays.len(), count.t_sum);
+    stdout::write(&format!(
+        "{best:.3} Mrays/s at best, {median:.3} in the median\n\
+         {hits} of {all} rays hit, sum of distances {sum:.3}\n\
+         tree of {triangles} triangles in {build_seconds:.3} s, {bytes:.1} bytes each\n"
+    ))
 }
 
 #[derive(Clone, Copy, Default)]

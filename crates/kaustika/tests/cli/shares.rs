@@ -148,19 +148,32 @@ fn a_checkpoint_that_is_not_resumed_is_moved_aside() {
 #[cfg(unix)]
 #[test]
 fn an_interrupted_render_writes_picture_and_checkpoint_and_goes_on() {
+    use std::io::Read;
+    use std::net::TcpListener;
     use std::process::{Command, Stdio};
     let p = Place::new();
     let common = "render ball.pbrt --sampler sobol --resolution 48x36";
+    // A viewer that receives a picture knows that a pass is done.
+    let viewer = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = viewer.local_addr().unwrap();
+    let options = format!("--spp 100000000 -o a.exr --stats a.json --display {address}");
     let mut child = Command::new(env!("CARGO_BIN_EXE_kaustika"))
-        .args(format!("{common} --spp 1000000 -o a.exr --stats a.json").split_whitespace())
+        .args(format!("{common} {options}").split_whitespace())
         .current_dir(p.path("."))
         .stderr(Stdio::null())
         .spawn()
         .unwrap();
-    std::thread::sleep(std::time::Duration::from_millis(1500));
+    let (mut stream, _) = viewer.accept().unwrap();
+    let mut received = vec![0; 48 * 36 * 3 * 4];
+    stream.read_exact(&mut received).unwrap();
     let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
     assert!(killed.success());
+    // Until the program closes the line.
+    stream.read_to_end(&mut received).unwrap();
     assert_eq!(child.wait().unwrap().code(), Some(0));
+    let name = b"a.exr";
+    assert!(received.windows(name.len()).any(|w| w == name), "the viewer is told the name");
+
     assert!(p.has("a.exr") && p.has("a.ckpt"));
     let stats: serde_json::Value =
         serde_json::from_slice(&std::fs::read(p.path("a.json")).unwrap()).unwrap();
