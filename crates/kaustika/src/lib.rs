@@ -4,6 +4,7 @@
 //! [`Setup::new`] builds the scene and the frame, a [`transport::Session`] runs passes of a
 //! method, [`output`] makes pictures of them.
 
+pub mod builtin;
 pub mod load;
 pub mod output;
 pub mod setup;
