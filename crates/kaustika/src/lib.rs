@@ -5,6 +5,7 @@
 //! method, [`output`] makes pictures of them. Between two passes a [`checkpoint`] holds all that
 //! is needed to go on, here or on another machine.
 
+pub mod builtin;
 pub mod checkpoint;
 pub mod environment;
 pub mod fingerprint;

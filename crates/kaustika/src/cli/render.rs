@@ -8,7 +8,7 @@ use super::{diagnostics, interrupt, picture};
 use kaustika::scene::description::SceneDescription;
 use kaustika::stats::Phases;
 use kaustika::transport::{Schedule, Session, Workers};
-use kaustika::{Setup, SetupError, load};
+use kaustika::{Setup, SetupError, builtin, load};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -20,8 +20,8 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let cancel = interrupt::install()?;
     picture::check_outputs(&args.output)?;
     let viewer = args.display.as_deref().map(|address| {
-        let name = args.output.first().unwrap_or(&args.scene);
-        Viewer::connect(address, name.display().to_string())
+        let name = args.output.first().or(args.scene.as_ref());
+        Viewer::connect(address, name.map_or("kaustika".into(), |n| n.display().to_string()))
     });
     let viewer = viewer.transpose()?;
     let workers = Workers::new(args.threads, cancel).map_err(Failure::input)?;
@@ -52,7 +52,10 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
 
 /// Reads the scene, shows what there is to say about it and applies the command line.
 fn describe(args: &RenderArgs) -> Result<SceneDescription, Failure> {
-    let mut description = load(&args.scene, &args.define);
+    let mut description = match &args.scene {
+        Some(path) => load(path, &args.define),
+        None => builtin::description(),
+    };
     diagnostics::show(&description.sources, &description.diagnostics, args.quiet);
     if description.diagnostics.has_errors() {
         return Err(Failure::Told);
@@ -73,11 +76,14 @@ fn refuse(description: &SceneDescription, error: SetupError) -> Failure {
     }
 }
 
-/// Where the pictures go; without `-o` to the file name that the scene gives its film, as EXR in
-/// the current folder.
+/// Where the pictures go. Without `-o`: to the file name that the scene gives its film, as EXR in
+/// the current folder; of the built-in scene a PNG too, for a first look.
 fn outputs(args: &RenderArgs, description: &SceneDescription) -> Vec<PathBuf> {
     if !args.output.is_empty() {
         return args.output.clone();
+    }
+    if args.scene.is_none() {
+        return vec!["kaustika.png".into(), "kaustika.exr".into()];
     }
     let film = description.cameras.first().and_then(|c| c.film.filename.as_deref());
     let stem = film.and_then(|f| Path::new(f).file_stem()).unwrap_or("kaustika".as_ref());

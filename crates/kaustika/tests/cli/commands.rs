@@ -51,6 +51,17 @@ fn the_scene_names_the_output_and_the_picture_says_how_it_was_made() {
 }
 
 #[test]
+fn without_a_scene_the_built_in_one_is_rendered() {
+    let p = Place::new();
+    p.ok("render -q --spp 1 --resolution 30x20");
+    for name in ["kaustika.png", "kaustika.exr"] {
+        assert_eq!((p.picture(name).width, p.picture(name).height), (30, 20), "{name}");
+    }
+    let scene = p.picture("kaustika.exr").meta("kaustika.scene").cloned();
+    assert_eq!(scene, Some(MetaValue::Text("built-in".into())));
+}
+
+#[test]
 fn a_crop_shows_the_same_pixels() {
     let p = Place::new();
     p.ok("render ball.pbrt -q --spp 3 --aov depth -o full.exr");
