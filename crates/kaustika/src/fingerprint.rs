@@ -83,7 +83,11 @@ pub fn of_scene(d: &SceneDescription) -> String {
     scene.print.debug(&d.media);
     for texture in &d.textures {
         match &texture.node {
-            TextureNode::Bitmap(b) => scene.bitmap(&b.bitmap),
+            TextureNode::Bitmap(b) => {
+                scene.bitmap(&b.bitmap);
+                scene.print.debug(&(b.channels, b.filter, b.wrap, &b.mapping, b.space));
+                scene.print.debug(&(b.scale, b.invert, b.raw));
+            }
             node => scene.print.debug(node),
         }
     }
@@ -126,7 +130,7 @@ impl SceneHash {
             print.word(s.flip_normals as u64);
             print.word(s.material.0 as u64);
             print.debug(&s.emission);
-            print.debug(&s.alpha);
+            print.debug(&(s.alpha, s.interior, s.exterior));
             match &s.geometry {
                 GeometryDesc::Mesh(mesh) => self::mesh(print, mesh),
                 geometry => print.debug(geometry),

@@ -23,10 +23,13 @@ pub struct Job<'a> {
     record: &'a Record,
     outputs: &'a [PathBuf],
     checkpoint: PathBuf,
-    /// Seconds spent and passes rendered by earlier programs.
-    before: (f64, u64),
-    /// Of this program.
+    /// Seconds spent by earlier programs.
+    seconds_before: f64,
+    /// Passes rendered by them.
+    passes_before: u64,
+    /// Time spent rendering by this one.
     elapsed: Duration,
+    /// Passes it has rendered.
     fresh: u64,
     work: PassStats,
     error: Option<RelativeError>,
@@ -56,7 +59,8 @@ impl<'a> Job<'a> {
             record,
             outputs,
             checkpoint: checkpoint::beside(first),
-            before: (0.0, 0),
+            seconds_before: 0.0,
+            passes_before: 0,
             elapsed: Duration::ZERO,
             fresh: 0,
             work: PassStats::default(),
@@ -101,7 +105,8 @@ impl<'a> Job<'a> {
                 Failure::Input(format!("{shown}: the method can't go on from it: {e}"))
             })?;
         }
-        self.before = (found.seconds, found.tree.passes());
+        self.seconds_before = found.seconds;
+        self.passes_before = found.tree.passes();
         session.tree = found.tree;
         self.tell(&format!("going on after {} passes in {shown}", session.tree.passes()));
         Ok(())
@@ -137,7 +142,7 @@ impl<'a> Job<'a> {
             let start = Instant::now();
             let run = session.run(&budget, workers, &mut watch);
             self.elapsed += start.elapsed();
-            self.fresh = session.tree.passes() - self.before.1;
+            self.fresh = session.tree.passes() - self.passes_before;
             watch.before = (self.elapsed, self.fresh);
             let outcome = match run {
                 Ok(outcome) => outcome,
@@ -245,7 +250,7 @@ impl<'a> Job<'a> {
     }
 
     fn seconds(&self) -> f64 {
-        self.before.0 + self.elapsed.as_secs_f64()
+        self.seconds_before + self.elapsed.as_secs_f64()
     }
 
     fn picture(&self, session: &Session) -> Picture {

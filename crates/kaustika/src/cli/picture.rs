@@ -3,7 +3,7 @@
 use super::args::LookArgs;
 use super::failure::Failure;
 use kaustika::film::{Picture, WriteOptions, write_picture};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Extensions that can be written.
 const EXTENSIONS: [&str; 8] = ["exr", "png", "jpg", "jpeg", "hdr", "rgbe", "pic", "pfm"];
@@ -47,10 +47,6 @@ pub fn write(outputs: &[PathBuf], picture: &Picture, look: &LookArgs) -> Result<
 
 /// Says what was written.
 pub fn tell(outputs: &[PathBuf]) {
-    let names: Vec<String> = outputs.iter().map(|p: &PathBuf| name(p)).collect();
+    let names: Vec<String> = outputs.iter().map(|p| p.display().to_string()).collect();
     eprintln!("wrote {}", names.join(", "));
-}
-
-fn name(path: &Path) -> String {
-    path.display().to_string()
 }

@@ -57,8 +57,8 @@ impl Watch {
     /// Rate, times and error in one line.
     fn describe(&self, p: &Progress, elapsed: Duration, fresh: u64) -> String {
         let seconds = elapsed.as_secs_f64().max(1e-9);
-        let rate = (fresh * self.pixels) as f64 / seconds / 1e6;
-        let mut text = format!("{rate:.2} Msamples/s, {}", duration::show(elapsed));
+        let rate = samples_per_second((fresh * self.pixels) as f64 / seconds);
+        let mut text = format!("{rate}, {}", duration::show(elapsed));
         let by_passes = self.to_render.map(|all| {
             let left = all.saturating_sub(fresh) as f64;
             Duration::from_secs_f64(left * seconds / fresh.max(1) as f64)
@@ -68,11 +68,7 @@ impl Watch {
             text += &format!(", {} left", duration::show(left));
         }
         if let Some(e) = p.error {
-            text += &format!(
-                ", error {:.1} % (95 % of pixels: {:.1} %)",
-                100.0 * e.mean,
-                100.0 * e.p95
-            );
+            text += &format!(", error {:.1} % (p95 {:.1} %)", 100.0 * e.mean, 100.0 * e.p95);
         }
         text
     }
@@ -103,11 +99,18 @@ impl Observer for Watch {
     }
 }
 
+fn samples_per_second(rate: f64) -> String {
+    match rate {
+        1e6.. => format!("{:.2} Msamples/s", rate / 1e6),
+        _ => format!("{:.1} ksamples/s", rate / 1e3),
+    }
+}
+
 fn bar(to_render: Option<u64>) -> ProgressBar {
     let target = ProgressDrawTarget::stderr();
     let (bar, template) = match to_render {
-        Some(all) => (ProgressBar::new(all), "{wide_bar:.cyan/blue} {pos}/{len} passes, {msg}"),
-        None => (ProgressBar::no_length(), "{spinner} {pos} passes, {msg}"),
+        Some(all) => (ProgressBar::new(all), "{bar:16.cyan/blue} {pos}/{len} passes, {wide_msg}"),
+        None => (ProgressBar::no_length(), "{spinner} {pos} passes, {wide_msg}"),
     };
     let style = ProgressStyle::with_template(template)
         .unwrap_or_else(|_| ProgressStyle::default_bar())
