@@ -26,11 +26,13 @@ use kaustika_scene::description::{
 use stage::Stage;
 
 /// Width and height of the picture by default.
-const RESOLUTION: [u32; 2] = [720, 480];
+const RESOLUTION: [u32; 2] = [640, 430];
 /// Samples a pixel by default.
-const SPP: u64 = 128;
+const SPP: u64 = 64;
 /// Longest path: glass behind glass needs some.
-const MAX_DEPTH: u32 = 12;
+const MAX_DEPTH: u32 = 10;
+/// Scattering events before Russian roulette.
+const RR_DEPTH: u32 = 3;
 
 /// The built-in scene.
 pub fn description() -> SceneDescription {
@@ -40,6 +42,7 @@ pub fn description() -> SceneDescription {
     stage.scene.integrator = IntegratorDesc {
         name: "path".to_string(),
         max_depth: Some(MAX_DEPTH),
+        rr_depth: Some(RR_DEPTH),
         ..IntegratorDesc::default()
     };
     room::build(&mut stage);
@@ -73,7 +76,7 @@ fn camera() -> CameraDesc {
         film: FilmDesc {
             resolution: RESOLUTION,
             crop: None,
-            filter: FilterChoice::Mitchell { radius: [2.0; 2], b: 1.0 / 3.0, c: 1.0 / 3.0 },
+            filter: FilterChoice::Gaussian { radius: [1.5; 2], sigma: 0.5 },
             filename: None,
             imaging_ratio: 1.0,
             white_balance: None,
