@@ -62,7 +62,7 @@ pub fn build(stage: &mut Stage) {
         target: Vec3::new(0.1, 0.8, 1.6),
         up: Vec3::Y,
         size: [1.4, 1.3],
-        radiance: [15.0, 13.0, 10.4],
+        radiance: [14.5, 12.6, 10.1],
     };
     key.hang(stage, "softbox");
     let panel = Lamp {
@@ -123,7 +123,7 @@ fn terrazzo(stage: &mut Stage) -> MaterialId {
     let texture = BitmapTexture {
         bitmap: Arc::new(pattern::terrazzo(512)),
         channels: BitmapChannels::Color,
-        filter: BitmapFilter::Trilinear,
+        filter: BitmapFilter::Bilinear,
         wrap: [Wrap::Repeat; 2],
         mapping: TextureMapping::Uv(Affine2::scale_shift(repeat.0, repeat.1, 0.13, 0.0)),
         scale: 1.0,

@@ -45,7 +45,7 @@ fn vase(stage: &mut Stage) {
     let texture = BitmapTexture {
         bitmap: Arc::new(pattern::glaze(1024, 512)),
         channels: BitmapChannels::Color,
-        filter: BitmapFilter::Trilinear,
+        filter: BitmapFilter::Bilinear,
         wrap: [Wrap::Repeat, Wrap::Clamp],
         mapping: TextureMapping::default(),
         scale: 1.0,
@@ -90,7 +90,7 @@ fn vase(stage: &mut Stage) {
 fn glass(stage: &mut Stage) {
     let clear = dielectric(stage, "clear glass", [1.0; 3]);
     let radius = 0.37;
-    let place = Transform::translate(Vec3::new(-0.12, radius, 0.4));
+    let place = Transform::translate(Vec3::new(-0.12, radius, 0.36));
     stage.sphere("glass ball", clear, radius, place);
 
     let amber = dielectric(stage, "amber glass", [1.0, 0.76, 0.36]);
