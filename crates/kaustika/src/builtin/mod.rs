@@ -26,11 +26,13 @@ use kaustika_scene::description::{
 use stage::Stage;
 
 /// Width and height of the picture by default.
-const RESOLUTION: [u32; 2] = [720, 480];
+const RESOLUTION: [u32; 2] = [600, 400];
 /// Samples a pixel by default.
-const SPP: u64 = 128;
+const SPP: u64 = 64;
 /// Longest path: glass behind glass needs some.
-const MAX_DEPTH: u32 = 12;
+const MAX_DEPTH: u32 = 10;
+/// Scattering events before Russian roulette.
+const RR_DEPTH: u32 = 2;
 
 /// The built-in scene.
 pub fn description() -> SceneDescription {
@@ -40,6 +42,7 @@ pub fn description() -> SceneDescription {
     stage.scene.integrator = IntegratorDesc {
         name: "path".to_string(),
         max_depth: Some(MAX_DEPTH),
+        rr_depth: Some(RR_DEPTH),
         ..IntegratorDesc::default()
     };
     room::build(&mut stage);
@@ -73,7 +76,7 @@ fn camera() -> CameraDesc {
         film: FilmDesc {
             resolution: RESOLUTION,
             crop: None,
-            filter: FilterChoice::Mitchell { radius: [2.0; 2], b: 1.0 / 3.0, c: 1.0 / 3.0 },
+            filter: FilterChoice::Gaussian { radius: [1.5; 2], sigma: 0.5 },
             filename: None,
             imaging_ratio: 1.0,
             white_balance: None,
@@ -119,13 +122,14 @@ mod tests {
     }
 
     /// Means of R, G, B over the pixels of columns `x` and rows `y` in fractions of the picture.
-    fn mean(picture: &kaustika_film::RgbView, x: [f32; 2], y: [f32; 2]) -> [f32; 3] {
+    fn mean(picture: &kaustika_film::Picture, x: [f32; 2], y: [f32; 2]) -> [f32; 3] {
         let (w, h) = (picture.width as f32, picture.height as f32);
-        let [x, y] = [x.map(|v| (v * w) as usize), y.map(|v| (v * h) as usize)];
+        let [x, y] = [x.map(|v| (v * w) as u32), y.map(|v| (v * h) as u32)];
+        let rgb = picture.rgb().expect("it has colours");
         let (mut sum, mut count) = ([0.0; 3], 0.0);
         for row in y[0]..y[1] {
             for column in x[0]..x[1] {
-                let c = picture.pixel(row * picture.width + column);
+                let c = rgb.pixel((row * picture.width + column) as usize);
                 (0..3).for_each(|i| sum[i] += c[i]);
                 count += 1.0;
             }
@@ -145,8 +149,7 @@ mod tests {
         let budget = Budget { end_pass: Some(setup.spp), ..Default::default() };
         session.run(&budget, &workers, &mut Silent).expect("it renders");
         let picture = output::picture(&session.tree, &setup.record, 0.0);
-        let picture = picture.rgb().expect("it has a colour");
-        assert!(picture.pixels().flatten().all(f32::is_finite));
+        assert!(picture.rgb().expect("it has colours").pixels().flatten().all(f32::is_finite));
         let [r, g, b] = mean(&picture, [0.0, 1.0], [0.0, 1.0]);
         // Standard errors of these means are below 2 %: the bounds are many of them away.
         assert!((0.1..0.7).contains(&g), "mean {r} {g} {b}");

@@ -5,17 +5,17 @@ use kaustika_math::{Vec2, sqr};
 use kaustika_scene::description::{Bitmap, Encoding, Texels};
 
 /// Paints sRGB-coded texels from colours in sRGB code values over (x right, y up) in [0,1]²,
-/// 3 x 3 points a texel.
+/// 2 x 2 points a texel.
 fn paint(width: u32, height: u32, color: impl Fn(Vec2) -> [f32; 3]) -> Bitmap {
     let mut texels = Vec::with_capacity(3 * width as usize * height as usize);
     for row in 0..height {
         for column in 0..width {
             let mut sum = [0.0; 3];
-            for k in 0..9 {
-                let x = column as f32 + ((k % 3) as f32 + 0.5) / 3.0;
-                let y = row as f32 + ((k / 3) as f32 + 0.5) / 3.0;
+            for k in 0..4 {
+                let x = column as f32 + ((k % 2) as f32 + 0.5) / 2.0;
+                let y = row as f32 + ((k / 2) as f32 + 0.5) / 2.0;
                 let c = color(Vec2::new(x / width as f32, 1.0 - y / height as f32));
-                (0..3).for_each(|i| sum[i] += c[i] / 9.0);
+                (0..3).for_each(|i| sum[i] += c[i] / 4.0);
             }
             texels.extend(sum.map(|v| (v * 255.0).round().clamp(0.0, 255.0) as u8));
         }
@@ -36,7 +36,9 @@ struct Chip {
     color: [f32; 3],
 }
 
-/// Stones in terrazzo, sRGB code values, rarer ones last.
+/// What the stones lie in, sRGB code values.
+const MORTAR: [f32; 3] = [0.885, 0.865, 0.83];
+/// Stones in terrazzo, sRGB code values, rarer ones last; half mortar, for the floor is to carry caustics.
 const STONES: [[f32; 3]; 7] = [
     [0.95, 0.94, 0.91],
     [0.79, 0.77, 0.73],
@@ -60,12 +62,12 @@ impl Chip {
                 (Vec2::new(a.cos(), a.sin()), size * (0.55 + 0.45 * dice(20 + k)))
             })
             .collect();
-        let stone = (STONES.len() as f32 * dice(4) * (0.4 + 0.6 * dice(5))) as usize;
+        let stone = (STONES.len() as f32 * dice(4) * dice(5).sqrt()) as usize;
         let shade = 0.96 + 0.08 * dice(6);
         Chip {
             center: Vec2::new(dice(40), dice(41)),
             sides,
-            color: STONES[stone].map(|v| (v * shade).min(1.0)),
+            color: std::array::from_fn(|i| (0.5 * (STONES[stone][i] + MORTAR[i]) * shade).min(1.0)),
         }
     }
 
@@ -95,7 +97,7 @@ pub fn terrazzo(size: u32) -> Bitmap {
             .flat_map(|dj| (-1..=1).map(move |di| (di, dj)))
             .flat_map(|(di, dj)| &cells[index(i + di, j + dj)])
             .find(|chip| chip.covers(p))
-            .map_or([0.885, 0.865, 0.83], |chip| chip.color)
+            .map_or(MORTAR, |chip| chip.color)
     })
 }
 

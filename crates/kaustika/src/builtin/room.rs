@@ -12,18 +12,18 @@ use kaustika_spectra::ColorSpace;
 use std::sync::Arc;
 
 /// Half the width of the room.
-const HALF_WIDTH: f32 = 1.9;
+const HALF_WIDTH: f32 = 1.72;
 /// From floor to ceiling.
-const HEIGHT: f32 = 2.8;
+const HEIGHT: f32 = 3.0;
 /// z of the wall with the niche and of the one behind the camera.
 const DEPTH: [f32; 2] = [-1.5, 5.6];
 /// What the pedestal stands before.
-pub const NICHE: Niche = Niche { center: 0.62, half_width: 0.68, spring: 1.25, depth: 0.45 };
+pub const NICHE: Niche = Niche { center: 0.62, half_width: 0.64, spring: 1.13, depth: 0.45 };
 
 /// Adds the room to the stage.
 pub fn build(stage: &mut Stage) {
     let plaster = stage.diffuse("plaster", [0.76, 0.73, 0.68]);
-    let terracotta = stage.diffuse("terracotta wall", [0.62, 0.17, 0.07]);
+    let terracotta = stage.diffuse("terracotta wall", [0.66, 0.17, 0.065]);
     let teal = stage.diffuse("teal wall", [0.045, 0.26, 0.31]);
     let floor = terrazzo(stage);
 
@@ -55,12 +55,24 @@ pub fn build(stage: &mut Stage) {
     stage.mesh("niche wall", plaster, NICHE.wall([-w, w], HEIGHT), place);
     stage.mesh("niche reveal", teal, NICHE.reveal(), place);
 
-    // The key light, high on the left and a little behind, so that glass throws its caustics to
-    // the right and towards the viewer; a weak broad one behind the camera lifts the shadows.
-    let target = Vec3::new(0.0, 0.2, 0.1);
-    lamp(stage, "softbox", Vec3::new(-1.25, 2.62, -0.35), target, [1.1, 1.1], [10.5, 9.6, 8.3]);
-    let target = Vec3::new(0.0, 0.6, 0.0);
-    lamp(stage, "fill", Vec3::new(0.5, 2.4, 5.0), target, [2.6, 1.2], [0.75, 0.85, 1.0]);
+    // The key light, high on the left and behind: glass throws its caustics to the right and
+    // towards the viewer. A broad panel in the ceiling, out of the picture, lifts the shadows.
+    let key = Lamp {
+        at: Vec3::new(-0.92, 2.6, -0.75),
+        target: Vec3::new(0.1, 0.8, 1.6),
+        up: Vec3::Y,
+        size: [1.4, 1.3],
+        radiance: [14.5, 12.6, 10.1],
+    };
+    key.hang(stage, "softbox");
+    let panel = Lamp {
+        at: Vec3::new(0.2, HEIGHT - 0.02, 1.9),
+        target: Vec3::new(0.2, 0.0, 1.9),
+        up: Vec3::Z,
+        size: [2.6, 2.4],
+        radiance: [2.3, 2.55, 2.9],
+    };
+    panel.hang(stage, "ceiling panel");
 }
 
 /// The parallelogram at `corner`, front along u x v.
@@ -75,25 +87,43 @@ fn quad(corner: Vec3, u: Vec3, v: Vec3) -> TriMesh {
     }
 }
 
-/// A rectangle of `size` at `at` that shines towards `target`.
-fn lamp(stage: &mut Stage, name: &str, at: Vec3, target: Vec3, size: [f32; 2], radiance: [f32; 3]) {
-    let black = stage.diffuse(format!("{name} housing"), [0.0; 3]);
-    let radiance = stage.scene.rgb(radiance);
-    let turn = Transform::look_at(at, target, Vec3::Y).expect("lamps do not shine straight down");
-    let size = Transform::scale(Vec3::new(0.5 * size[0], 0.5 * size[1], 1.0))
-        .expect("the sizes of lamps are not zero");
-    let shape = stage.shape(name, black, GeometryDesc::Rectangle, turn.then_after(&size));
-    shape.emission =
-        Some(EmissionDesc { radiance, scale: 1.0, power: None, two_sided: false, span: None });
+/// A rectangle that shines to one side.
+struct Lamp {
+    /// Its middle.
+    at: Vec3,
+    /// Where it shines to.
+    target: Vec3,
+    /// Across `target - at`; its second side is near this direction.
+    up: Vec3,
+    /// Its sides.
+    size: [f32; 2],
+    /// Radiance, linear sRGB.
+    radiance: [f32; 3],
 }
 
-/// Polished terrazzo in tiles of the picture, 1.6 units wide.
+impl Lamp {
+    fn hang(&self, stage: &mut Stage, name: &str) {
+        let black = stage.diffuse(format!("{name} housing"), [0.0; 3]);
+        let radiance = stage.scene.rgb(self.radiance);
+        let turn = Transform::look_at(self.at, self.target, self.up)
+            .expect("`up` is not along the light of a lamp");
+        let [width, height] = self.size;
+        let size = Transform::scale(Vec3::new(0.5 * width, 0.5 * height, 1.0))
+            .expect("the sides of lamps are not zero");
+        let place = turn.then_after(&size);
+        let shape = stage.shape(name, black, GeometryDesc::Rectangle, place);
+        shape.emission =
+            Some(EmissionDesc { radiance, scale: 1.0, power: None, two_sided: false, span: None });
+    }
+}
+
+/// Polished terrazzo in tiles of the picture, 1.15 units wide.
 fn terrazzo(stage: &mut Stage) -> MaterialId {
-    let repeat = (2.0 * HALF_WIDTH / 1.6, (DEPTH[1] - DEPTH[0]) / 1.6);
+    let repeat = (2.0 * HALF_WIDTH / 1.15, (DEPTH[1] - DEPTH[0]) / 1.15);
     let texture = BitmapTexture {
-        bitmap: Arc::new(pattern::terrazzo(1024)),
+        bitmap: Arc::new(pattern::terrazzo(512)),
         channels: BitmapChannels::Color,
-        filter: BitmapFilter::Trilinear,
+        filter: BitmapFilter::Bilinear,
         wrap: [Wrap::Repeat; 2],
         mapping: TextureMapping::Uv(Affine2::scale_shift(repeat.0, repeat.1, 0.13, 0.0)),
         scale: 1.0,

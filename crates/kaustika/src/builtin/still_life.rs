@@ -43,9 +43,9 @@ fn knot_on_pedestal(stage: &mut Stage) {
 /// A glazed vase.
 fn vase(stage: &mut Stage) {
     let texture = BitmapTexture {
-        bitmap: Arc::new(pattern::glaze(2048, 1024)),
+        bitmap: Arc::new(pattern::glaze(1024, 512)),
         channels: BitmapChannels::Color,
-        filter: BitmapFilter::Trilinear,
+        filter: BitmapFilter::Bilinear,
         wrap: [Wrap::Repeat, Wrap::Clamp],
         mapping: TextureMapping::default(),
         scale: 1.0,
@@ -81,8 +81,8 @@ fn vase(stage: &mut Stage) {
         (0.20, 0.58),
         (0.0, 0.40),
     ]
-    .map(|(r, y)| Vec2::new(r, y));
-    let place = Transform::translate(Vec3::new(-0.98, 0.0, -0.72));
+    .map(|(r, y)| Vec2::new(r, y) * 1.15);
+    let place = Transform::translate(Vec3::new(-0.96, 0.0, -0.68));
     stage.mesh("vase", glaze, lathe(&profile, 96, 6), place);
 }
 
@@ -90,12 +90,12 @@ fn vase(stage: &mut Stage) {
 fn glass(stage: &mut Stage) {
     let clear = dielectric(stage, "clear glass", [1.0; 3]);
     let radius = 0.37;
-    let place = Transform::translate(Vec3::new(-0.3, radius, 0.35));
+    let place = Transform::translate(Vec3::new(-0.12, radius, 0.36));
     stage.sphere("glass ball", clear, radius, place);
 
-    let amber = dielectric(stage, "amber glass", [1.0, 0.72, 0.30]);
+    let amber = dielectric(stage, "amber glass", [1.0, 0.76, 0.36]);
     let half = Vec3::splat(0.15);
-    let place = Transform::translate(Vec3::new(0.62, half.y + 0.001, 0.55))
+    let place = Transform::translate(Vec3::new(0.78, half.y + 0.001, 0.35))
         .then_after(&turned(Vec3::Y, 33.0));
     stage.mesh("amber block", amber, rounded_box(half, 0.035, 10), place);
 }
@@ -105,7 +105,7 @@ fn marbles(stage: &mut Stage) {
     let smooth = stage.roughness(0.0, 0.0);
     let copper = metal(stage, "copper", "Cu", smooth);
     let radius = 0.11;
-    let place = Transform::translate(Vec3::new(0.2, radius, -0.15));
+    let place = Transform::translate(Vec3::new(-0.72, radius, 0.85));
     stage.sphere("copper ball", copper, radius, place);
 }
 
