@@ -25,7 +25,6 @@ mod find;
 mod integrators;
 mod ior;
 mod matrix;
-mod metals;
 mod nested;
 mod parse;
 mod resources;

@@ -1,7 +1,7 @@
 //! From XML to a [`Document`]: variables, includes, search paths, aliases, ids.
 
 use super::convert::suggest;
-use super::document::{Dialect, Document, Kind, Object, ObjectId, Parameter, Value};
+use super::document::{Dialect, Document, Kind, Object, ObjectId, Parameter, SpectrumValue, Value};
 use super::variables::Variables;
 use super::{upgrade, values};
 use kaustika_scene::description::{Diagnostics, SourceFile, SourceMap, Span};
@@ -302,7 +302,9 @@ impl Parser {
             "integer" => values::integer(&text).map(Value::Integer),
             "float" => values::number(&text).map(Value::Float),
             "rgb" => values::color(&text).map(Value::Rgb),
-            "srgb" => values::color(&text).map(|c| Value::Rgb(c.map(values::srgb_to_linear))),
+            "srgb" => {
+                values::color(&text).map(|c| Value::Rgb(c.map(kaustika_spectra::srgb_to_linear)))
+            }
             _ => Ok(Value::String(text)),
         };
         self.set(ctx, node, parent, &a, value);
@@ -340,8 +342,10 @@ impl Parser {
                         std::fs::read_to_string(&path)
                             .map_err(|e| format!("can't read `{}`: {e}", path.display()))
                     });
-                text.and_then(|t| values::spd(&t).map_err(|e| format!("`{}`, {e}", f.value)))
-                    .map(Value::Spectrum)
+                text.and_then(|t| {
+                    kaustika_spectra::parse_spd(&t).map_err(|e| format!("`{}`, {e}", f.value))
+                })
+                .map(|desc| Value::Spectrum(SpectrumValue::Table(desc)))
             }
             _ => Err("a spectrum needs either `value` or `filename`".to_string()),
         };
