@@ -199,6 +199,7 @@ impl<'a> Converter<'a> {
             self.out.diagnostics.error(object.span, message);
         } else if u != v {
             self.out.diagnostics.error(object.span, "`alpha_u` and `alpha_v` belong together");
+            object.ignore(&["alpha_u", "alpha_v"]);
         }
         let (alpha_u, alpha_v) = if u && v {
             (self.alpha(object, "alpha_u"), self.alpha(object, "alpha_v"))

@@ -27,6 +27,7 @@ mod ior;
 mod matrix;
 mod nested;
 mod parse;
+mod properties;
 mod resources;
 mod sensors;
 mod shapes;
