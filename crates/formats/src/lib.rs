@@ -3,4 +3,5 @@
 
 pub mod mesh;
 pub mod mitsuba;
+pub mod pbrt;
 pub mod resources;
