@@ -219,7 +219,8 @@ impl Reader {
             }
             "MakeNamedMaterial" => {
                 let name = std::mem::take(&mut e.kind);
-                if self.scene.named_materials.iter().any(|m| m.name.text == name.text) {
+                let number = self.scene.named_materials.len();
+                if self.scene.material_names.insert(&name.text, number, self.order) {
                     self.redefined.push((name.clone(), "material"));
                 }
                 match e.params.string(&mut self.diag, "type") {
@@ -238,7 +239,8 @@ impl Reader {
             }
             "MakeNamedMedium" => {
                 let name = std::mem::take(&mut e.kind);
-                if self.scene.media.iter().any(|m| m.name.text == name.text) {
+                let number = self.scene.media.len();
+                if self.scene.medium_names.insert(&name.text, number, self.order) {
                     self.redefined.push((name.clone(), "medium"));
                 }
                 self.scene.media.push(MediumEntity { name, entity: e });
@@ -294,7 +296,8 @@ impl Reader {
         let params = Params::new(own, inherited, span, self.state.space);
         let mut entity = Entity { kind, params, span, order: self.order };
         upgrade::texture(&mut entity, ty, self);
-        if self.scene.textures.iter().any(|t| t.ty == ty && t.name.text == name.text) {
+        let number = self.scene.textures.len();
+        if self.scene.texture_names[ty as usize].insert(&name.text, number, self.order) {
             self.redefined.push((name.clone(), "texture"));
         }
         if self.state.ctm[0] != self.state.ctm[1] {
@@ -569,12 +572,13 @@ impl Reader {
             self.diag.error(span, "`ObjectBegin` inside an object");
             return Ok(());
         }
-        if self.scene.objects.iter().any(|o| o.name.text == name.text) {
+        let number = self.scene.objects.len();
+        if self.scene.object_names.insert(&name.text, number, self.order) {
             self.redefined.push((name.clone(), "object"));
         }
         self.stack.push(Open { state: self.state.clone(), object: true, span });
-        self.object = Some(self.scene.objects.len());
-        self.scene.objects.push(ObjectEntity { name, order: self.order, shapes: Vec::new() });
+        self.object = Some(number);
+        self.scene.objects.push(ObjectEntity { name, shapes: Vec::new() });
         Ok(())
     }
 

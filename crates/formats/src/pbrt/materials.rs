@@ -154,7 +154,7 @@ impl Builder {
         };
         match p.ty {
             Float => {
-                let (value, span) = (p.to_float(diag)?, p.span);
+                let (value, span) = (p.number(diag)?, p.span);
                 if value < 0.0 {
                     diag.error(span, format!("the index of refraction `{name}` is negative"));
                     return None;

@@ -63,9 +63,7 @@ impl Builder {
                 self.desc.shapes.push(shape);
             }
         }
-        let mut orders = Vec::new();
         for (g, object) in std::mem::take(&mut self.scene.objects).into_iter().enumerate() {
-            orders.push(object.order);
             let name = object.name.text;
             self.desc.groups.push(GroupDesc { name, shapes: Vec::new() });
             for s in object.shapes {
@@ -74,7 +72,7 @@ impl Builder {
                 }
             }
         }
-        self.instances(&orders);
+        self.instances();
         self.load_meshes(meshes);
         for group in std::iter::once(&mut self.desc.shapes)
             .chain(self.desc.groups.iter_mut().map(|g| &mut g.shapes))
@@ -84,28 +82,18 @@ impl Builder {
         self.powers();
     }
 
-    fn instances(&mut self, orders: &[u32]) {
+    fn instances(&mut self) {
         for i in std::mem::take(&mut self.scene.instances) {
-            let groups = self.desc.groups.iter().zip(orders).enumerate();
-            let same = groups.filter(|(_, (g, _))| g.name == i.object.name.text);
-            let definitions = same.map(|(n, (_, order))| (n, *order));
-            match super::build::last_before(definitions, i.object.order) {
+            let (name, names) = (&i.object.name, &self.scene.object_names);
+            match names.find(&name.text, i.object.order) {
                 Some(g) => {
                     let group = GroupId(g as u32);
                     let span = Some(i.span);
                     self.desc.instances.push(InstanceDesc { group, transform: i.transform, span });
                 }
                 None => {
-                    let name = &i.object.name;
-                    let known: Vec<&str> =
-                        self.desc.groups.iter().map(|g| g.name.as_str()).collect();
-                    let near = super::nearest_name(&name.text, &known);
-                    let hint = near.map(|n| format!("did you mean `{n}`?"));
                     let message = format!("no object is called `{}`", name.text);
-                    let error = self.desc.diagnostics.error(name.span, message);
-                    if let Some(hint) = hint {
-                        error.hint(hint);
-                    }
+                    self.desc.diagnostics.error(name.span, message).hint = names.hint(&name.text);
                 }
             }
         }
@@ -379,28 +367,24 @@ impl Builder {
 
     /// What an `AreaLightSource` makes a shape emit.
     fn emission_of(&mut self, light: usize) -> Option<EmissionDesc> {
-        // Every shape in its reach asks again, so the entity stays.
-        let mut e = self.scene.area_lights[light].clone();
+        if let Some(known) = &self.emissions[light] {
+            return known.clone();
+        }
+        let mut e = std::mem::take(&mut self.scene.area_lights[light]);
         let emission = self.area_light(&mut e);
         if emission.is_some() {
             let what = format!("area light `{}`", e.kind.text);
             e.params.report_unused(&mut self.desc.diagnostics, &what);
         }
-        // Messages come once.
-        let mut silent = e;
-        silent.params.ignore_rest();
-        self.scene.area_lights[light].params.own.clone_from(&silent.params.own);
+        self.emissions[light] = Some(emission.clone());
         emission
     }
 
     fn area_light(&mut self, e: &mut Entity) -> Option<EmissionDesc> {
         if e.kind.text != "diffuse" {
             let message = format!("unknown area light `{}`", e.kind.text);
-            let told = self.desc.diagnostics.entries.iter().any(|d| d.span == Some(e.kind.span));
-            if !told {
-                let known = ["diffuse"];
-                self.desc.diagnostics.error(e.kind.span, message).nearest(&e.kind.text, &known);
-            }
+            let error = self.desc.diagnostics.error(e.kind.span, message);
+            error.nearest(&e.kind.text, &["diffuse"]);
             return None;
         }
         let spectrum = self.spectrum(e, "L");
