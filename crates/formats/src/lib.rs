@@ -2,5 +2,6 @@
 //! [`kaustika_scene::description`].
 
 pub mod mesh;
+pub mod mitsuba;
 pub mod pbrt;
 pub mod resources;

@@ -1,6 +1,9 @@
 //! Loading what scene files name: meshes and images, in parallel and each once.
 
+use crate::mesh::{MeshOptions, NormalPolicy, read_mesh};
+use kaustika_film::files::read_bitmap;
 use kaustika_scene::description::{Bitmap, TriMesh};
+use rayon::prelude::*;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -33,10 +36,42 @@ pub enum NormalMode {
 
 /// Reads all requested meshes; equal requests share one mesh. An error is a one-line cause.
 pub fn load_meshes(requests: &[MeshRequest]) -> Vec<Result<Arc<TriMesh>, String>> {
-    requests.iter().map(|r| Err(format!("can't read {} yet", r.path.display()))).collect()
+    load_each_once(requests, |r| {
+        let options = MeshOptions {
+            flip_v: r.flip_v,
+            shape_index: r.sub_mesh as usize,
+            normals: match r.normals {
+                NormalMode::AsFile => NormalPolicy::AsStored,
+                NormalMode::Faceted => NormalPolicy::Flat,
+                NormalMode::SmoothIfMissing => NormalPolicy::SmoothIfMissing,
+                NormalMode::SmoothBelow(degrees) => NormalPolicy::SmoothBelow(degrees),
+            },
+            ..MeshOptions::default()
+        };
+        read_mesh(&r.path, &options).map_err(|e| e.to_string())
+    })
 }
 
 /// Reads all images; equal paths share one. An error is a one-line cause.
 pub fn load_bitmaps(paths: &[PathBuf]) -> Vec<Result<Arc<Bitmap>, String>> {
-    paths.iter().map(|p| Err(format!("can't read {} yet", p.display()))).collect()
+    load_each_once(paths, |p| read_bitmap(p).map_err(|e| e.to_string()))
+}
+
+fn load_each_once<R: PartialEq + Sync, T: Send + Sync>(
+    requests: &[R],
+    load: impl Fn(&R) -> Result<T, String> + Sync,
+) -> Vec<Result<Arc<T>, String>> {
+    let mut unique: Vec<&R> = Vec::new();
+    let which: Vec<usize> = requests
+        .iter()
+        .map(|r| match unique.iter().position(|u| *u == r) {
+            Some(i) => i,
+            None => {
+                unique.push(r);
+                unique.len() - 1
+            }
+        })
+        .collect();
+    let loaded: Vec<_> = unique.par_iter().map(|r| load(r).map(Arc::new)).collect();
+    which.into_iter().map(|i| loaded[i].clone()).collect()
 }

@@ -29,9 +29,12 @@
 //! ```
 
 pub mod distribution;
-
+pub mod estimator;
 pub mod hash;
-
+pub mod heuristics;
 pub mod sampler;
+pub mod strata;
+pub mod walk;
 
+pub use heuristics::{Heuristic, MisHeuristic};
 pub use sampler::{PrimarySample, Sampler, SamplerConfig, SamplerKind, SamplerPlan};

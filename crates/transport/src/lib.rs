@@ -1,1 +1,18 @@
-//! To be written.
+//! The light transport methods, one family a folder, behind one interface.
+//!
+//! [`method`] says what a method is; [`session`] runs passes of any method until a budget is
+//! met. A method knows the scene, the sampler, the film and the shared floors (`roulette`), and
+//! no other method's insides.
+
+pub mod frame;
+pub mod method;
+pub mod path;
+pub mod registry;
+pub mod roulette;
+pub mod session;
+pub mod workers;
+
+pub use frame::Frame;
+pub use method::{Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule};
+pub use session::{Budget, Observer, Outcome, Progress, Session};
+pub use workers::Workers;

@@ -17,7 +17,8 @@ pub struct MeshError {
 }
 
 impl MeshError {
-    pub(super) fn new(path: &Path, fault: Fault) -> MeshError {
+    /// A fault, now that the file is known.
+    pub fn new(path: &Path, fault: Fault) -> MeshError {
         MeshError { path: path.to_owned(), place: fault.place, cause: fault.cause }
     }
 }
@@ -116,7 +117,7 @@ pub enum MeshCause {
     Unwritable(String),
 }
 
-/// A cause and its place, before the file's name is known.
+/// A cause and its place, before the file's name is known; then a [`MeshError`].
 #[derive(Debug)]
 pub struct Fault {
     /// Where.

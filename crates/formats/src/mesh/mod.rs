@@ -24,7 +24,8 @@ mod tests;
 mod write_ply;
 
 use std::ffi::OsStr;
-use std::io::Read;
+use std::fs::File;
+use std::io::{BufReader, Cursor, Read};
 use std::path::Path;
 
 use kaustika_math::Vec3;
@@ -132,8 +133,43 @@ pub fn read_mesh_noting(
         let name = extension.to_string_lossy().into_owned();
         place(Fault::new(Place::File, MeshCause::UnknownFormat(name)))
     })?;
+    if format == MeshFormat::Serialized && !is_gzip(path).map_err(place)? {
+        // One of perhaps hundreds of meshes in a file: the others need not be read.
+        let mut file = BufReader::with_capacity(1 << 16, open(path).map_err(place)?);
+        let mut mesh = serialized::parse(&mut file, options, notes).map_err(place)?;
+        normals::apply(&mut mesh, options.normals, notes);
+        return Ok(mesh);
+    }
     let bytes = read_file(path).map_err(place)?;
     parse_mesh(&bytes, format, options, notes).map_err(place)
+}
+
+/// Reads an OBJ file in parts, see [`obj::parse_parts`].
+///
+/// # Errors
+///
+/// The file cannot be read or is damaged.
+pub fn read_obj_parts(
+    path: &Path,
+    options: &MeshOptions,
+    notes: &mut Vec<MeshNote>,
+) -> Result<Vec<obj::ObjPart>, MeshError> {
+    let parts = read_file(path).and_then(|bytes| obj::parse_parts(&bytes, options, notes));
+    parts.map_err(|fault| MeshError::new(path, fault))
+}
+
+/// How many meshes a `.serialized` file holds: one more than the largest
+/// [`MeshOptions::shape_index`].
+///
+/// # Errors
+///
+/// The file cannot be read or is of another format.
+pub fn count_serialized(path: &Path) -> Result<usize, MeshError> {
+    let count = is_gzip(path).and_then(|gzip| match gzip {
+        true => serialized::count(&mut Cursor::new(read_file(path)?)),
+        false => serialized::count(&mut BufReader::new(open(path)?)),
+    });
+    count.map_err(|fault| MeshError::new(path, fault))
 }
 
 /// Reads a mesh from the bytes of an uncompressed file.
@@ -150,16 +186,33 @@ pub fn parse_mesh(
     let mut mesh = match format {
         MeshFormat::Ply => ply::parse(bytes, options, notes)?,
         MeshFormat::Obj => obj::parse(bytes, options, notes)?,
-        MeshFormat::Serialized => serialized::parse(bytes, options, notes)?,
+        MeshFormat::Serialized => serialized::parse(&mut Cursor::new(bytes), options, notes)?,
     };
     normals::apply(&mut mesh, options.normals, notes);
     Ok(mesh)
 }
 
-/// The bytes of a file, inflated if it starts with gzip's magic number (RFC 1952).
-pub(crate) fn read_file(path: &Path) -> Result<Vec<u8>, Fault> {
-    let bytes = std::fs::read(path).map_err(|e| Fault::new(Place::File, MeshCause::Io(e)))?;
-    if !bytes.starts_with(&[0x1f, 0x8b]) {
+fn io_fault(error: std::io::Error) -> Fault {
+    Fault::new(Place::File, MeshCause::Io(error))
+}
+
+fn open(path: &Path) -> Result<File, Fault> {
+    File::open(path).map_err(io_fault)
+}
+
+/// gzip's magic number (RFC 1952).
+const GZIP: [u8; 2] = [0x1f, 0x8b];
+
+fn is_gzip(path: &Path) -> Result<bool, Fault> {
+    let mut start = Vec::new();
+    open(path)?.take(2).read_to_end(&mut start).map_err(io_fault)?;
+    Ok(start == GZIP)
+}
+
+/// The bytes of a file, inflated if it is gzipped.
+fn read_file(path: &Path) -> Result<Vec<u8>, Fault> {
+    let bytes = std::fs::read(path).map_err(io_fault)?;
+    if !bytes.starts_with(&GZIP) {
         return Ok(bytes);
     }
     let mut inflated = Vec::new();

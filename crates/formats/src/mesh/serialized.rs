@@ -14,9 +14,9 @@
 //! At the end of the file stand the byte offsets of all meshes (`u64`; version 3: `u32`) and a
 //! `u32` with their number. A file of one mesh may lack this dictionary.
 
-use std::io::Read;
+use std::io::{BufRead, ErrorKind, Read, Seek, SeekFrom};
 
-use flate2::read::ZlibDecoder;
+use flate2::bufread::ZlibDecoder;
 use kaustika_math::{Vec2, Vec3};
 use kaustika_scene::description::{MeshAttribute, TriMesh};
 
@@ -37,29 +37,30 @@ const MAX_INFLATION: u64 = 1032;
 /// Memory to ask for before the data that fills it has been seen, in elements.
 const MAX_RESERVE: u64 = 1 << 16;
 
-/// Reads mesh `options.shape_index` of a `.serialized` file. Colours become the attribute
-/// `vertex_color`.
+/// Reads mesh `options.shape_index` of a `.serialized` file, and no other part of the file.
+/// Colours become the attribute `vertex_color`.
 ///
 /// # Errors
 ///
 /// Another format or version, no such mesh, damaged or missing data (with the triangle or vertex
 /// at fault where there is one).
 pub fn parse(
-    bytes: &[u8],
+    file: &mut (impl BufRead + Seek),
     options: &MeshOptions,
     notes: &mut Vec<MeshNote>,
 ) -> Result<TriMesh, Fault> {
-    let version = version_at(bytes, 0)?;
+    let version = version_at(file, 0)?;
     let start = match options.shape_index {
         0 => 0,
-        index => offset(bytes, version, index)?,
+        index => Dictionary::find(file, version)?.offset(file, index)?,
     };
-    let version = version_at(bytes, start)?;
-    let compressed = &bytes[start + 4..];
+    let version = version_at(file, start)?;
+    let compressed = length(file)?.saturating_sub(start + 4);
+    file.seek(SeekFrom::Start(start + 4)).map_err(io_fault)?;
     Stream {
-        inflate: ZlibDecoder::new(compressed),
+        inflate: ZlibDecoder::new(file),
         position: 0,
-        limit: (compressed.len() as u64).saturating_mul(MAX_INFLATION),
+        limit: compressed.saturating_mul(MAX_INFLATION),
     }
     .mesh(version, options, notes)
 }
@@ -69,69 +70,97 @@ pub fn parse(
 /// # Errors
 ///
 /// Another format or version.
-pub fn count(bytes: &[u8]) -> Result<usize, Fault> {
-    let version = version_at(bytes, 0)?;
-    Ok(dictionary(bytes, version).map_or(1, |offsets| offsets.len() / entry_size(version)))
+pub fn count(file: &mut (impl BufRead + Seek)) -> Result<usize, Fault> {
+    let version = version_at(file, 0)?;
+    Ok(Dictionary::find(file, version)?.count.max(1) as usize)
+}
+
+fn io_fault(error: std::io::Error) -> Fault {
+    Fault::new(Place::File, MeshCause::Io(error))
+}
+
+fn length(file: &mut impl Seek) -> Result<u64, Fault> {
+    file.seek(SeekFrom::End(0)).map_err(io_fault)
+}
+
+/// `N` bytes of the file.
+fn bytes_at<const N: usize>(file: &mut (impl BufRead + Seek), at: u64) -> Result<[u8; N], Fault> {
+    let mut bytes = [0; N];
+    let read = file.seek(SeekFrom::Start(at)).and_then(|_| file.read_exact(&mut bytes));
+    match read {
+        Ok(()) => Ok(bytes),
+        Err(e) if e.kind() == ErrorKind::UnexpectedEof => {
+            Err(Fault::new(Place::Byte(at), MeshCause::Truncated))
+        }
+        Err(e) => Err(io_fault(e)),
+    }
 }
 
 /// Checks the four bytes before a compressed mesh.
-fn version_at(bytes: &[u8], at: usize) -> Result<u16, Fault> {
-    let fail = |cause| Err(Fault::new(Place::Byte(at as u64), cause));
-    let Some(header) = bytes.get(at..).and_then(|b| b.first_chunk::<4>()) else {
-        return fail(MeshCause::Truncated);
-    };
-    let [magic, version] = [[header[0], header[1]], [header[2], header[3]]].map(u16::from_le_bytes);
+fn version_at(file: &mut (impl BufRead + Seek), at: u64) -> Result<u16, Fault> {
+    let fail = |message| Err(Fault::new(Place::Byte(at), MeshCause::Header(message)));
+    let [m0, m1, v0, v1] = bytes_at(file, at)?;
+    let magic = u16::from_le_bytes([m0, m1]);
     if magic != MAGIC {
-        let message = format!("not a serialized mesh: it begins with {magic:#06x}, not 0x041c");
-        return fail(MeshCause::Header(message));
+        return fail(format!("not a serialized mesh: it begins with {magic:#06x}, not 0x041c"));
     }
-    match version {
-        3 | 4 => Ok(version),
-        _ => fail(MeshCause::Header(format!("version {version} is not supported (3 and 4 are)"))),
+    match u16::from_le_bytes([v0, v1]) {
+        version @ (3 | 4) => Ok(version),
+        version => fail(format!("version {version} is not supported (3 and 4 are)")),
     }
 }
 
-fn entry_size(version: u16) -> usize {
-    if version == 3 { 4 } else { 8 }
+/// The offsets at the end of the file.
+struct Dictionary {
+    /// Where they begin.
+    start: u64,
+    /// How many there are; 0 if the file has no room for as many as it says.
+    count: u64,
+    version: u16,
 }
 
-/// The offsets at the end of the file, if there is room for as many as it says.
-fn dictionary(bytes: &[u8], version: u16) -> Option<&[u8]> {
-    let (rest, count) = bytes.split_last_chunk::<4>()?;
-    let size = (u32::from_le_bytes(*count) as usize).checked_mul(entry_size(version))?;
-    // Every mesh has at least its header.
-    let start = rest.len().checked_sub(size)?;
-    (size > 0 && start >= 4).then(|| &rest[start..])
-}
+impl Dictionary {
+    fn find(file: &mut (impl BufRead + Seek), version: u16) -> Result<Dictionary, Fault> {
+        let end = length(file)?.saturating_sub(4);
+        let count = u32::from_le_bytes(bytes_at(file, end)?) as u64;
+        let entry = if version == 3 { 4 } else { 8 };
+        let none = Dictionary { start: end, count: 0, version };
+        // Every mesh has at least its header.
+        Ok(match end.checked_sub(count * entry) {
+            Some(start) if start >= 4 * count => Dictionary { start, count, version },
+            _ => none,
+        })
+    }
 
-/// Where mesh `index` begins.
-fn offset(bytes: &[u8], version: u16, index: usize) -> Result<usize, Fault> {
-    let dictionary = dictionary(bytes, version).unwrap_or(&[]);
-    let mut entries = dictionary.chunks_exact(entry_size(version));
-    let meshes = entries.len().max(1);
-    let fail = |cause| Err(Fault::new(Place::File, cause));
-    let Some(entry) = entries.nth(index) else {
-        return fail(MeshCause::ShapeIndex { asked: index, meshes });
-    };
-    let offset = entry.iter().rev().fold(0u64, |n, &b| n << 8 | b as u64);
-    match usize::try_from(offset) {
-        Ok(offset) if offset < bytes.len() => Ok(offset),
-        _ => fail(MeshCause::Header(format!(
-            "mesh {index} is said to begin at byte {offset}, beyond the end"
-        ))),
+    /// Where mesh `index` begins.
+    fn offset(&self, file: &mut (impl BufRead + Seek), index: usize) -> Result<u64, Fault> {
+        if index as u64 >= self.count {
+            let meshes = self.count.max(1) as usize;
+            let cause = MeshCause::ShapeIndex { asked: index, meshes };
+            return Err(Fault::new(Place::File, cause));
+        }
+        let offset = match self.version {
+            3 => u32::from_le_bytes(bytes_at(file, self.start + 4 * index as u64)?) as u64,
+            _ => u64::from_le_bytes(bytes_at(file, self.start + 8 * index as u64)?),
+        };
+        if offset >= self.start {
+            let message = format!("mesh {index} is said to begin at byte {offset}, beyond the end");
+            return Err(Fault::new(Place::File, MeshCause::Header(message)));
+        }
+        Ok(offset)
     }
 }
 
 /// The inflated data of one mesh.
-struct Stream<'a> {
-    inflate: ZlibDecoder<&'a [u8]>,
+struct Stream<R> {
+    inflate: ZlibDecoder<R>,
     /// Inflated bytes read.
     position: u64,
     /// Inflated bytes that there can be at most.
     limit: u64,
 }
 
-impl Stream<'_> {
+impl<R: BufRead> Stream<R> {
     fn mesh(
         mut self,
         version: u16,
@@ -219,7 +248,7 @@ impl Stream<'_> {
 
     fn fault(&self, error: &std::io::Error) -> Fault {
         let cause = match error.kind() {
-            std::io::ErrorKind::UnexpectedEof => MeshCause::Truncated,
+            ErrorKind::UnexpectedEof => MeshCause::Truncated,
             _ => MeshCause::Compression(error.to_string()),
         };
         Fault::new(Place::Byte(self.position), cause)

@@ -1,8 +1,10 @@
 //! Meshes written as PLY, binary and little-endian.
 
+use std::ffi::OsString;
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use kaustika_scene::description::{MeshAttribute, TriMesh};
 
@@ -39,11 +41,13 @@ fn write(path: &Path, mesh: &TriMesh) -> Result<(), MeshCause> {
     })
 }
 
-/// A name in the same folder, hence on the same file system, that nobody else uses.
+/// A name in the same folder, hence on the same file system, that no other writer uses.
 fn beside(path: &Path) -> PathBuf {
-    let mut name = std::ffi::OsString::from(".");
+    static WRITES: AtomicU64 = AtomicU64::new(0);
+    let number = WRITES.fetch_add(1, Ordering::Relaxed);
+    let mut name = OsString::from(".");
     name.push(path.file_name().unwrap_or_default());
-    name.push(format!(".{}.tmp", std::process::id()));
+    name.push(format!(".{}-{number}.tmp", std::process::id()));
     path.with_file_name(name)
 }
 

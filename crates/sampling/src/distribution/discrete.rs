@@ -85,7 +85,7 @@ impl Discrete {
         let scaled = f64::from(u) * n as f64;
         let i = (scaled as usize).min(n - 1);
         let bin = self.bins[i];
-        let rest = (scaled - i as f64) as f32;
+        let rest = ((scaled - i as f64) as f32).min(ONE_MINUS_EPSILON);
         let (index, u) = if rest < bin.keep {
             (i, rest / bin.keep)
         } else {

@@ -208,7 +208,8 @@ impl Scatter for Dielectric {
 
     /// In importance mode (without 1/η²). Exact for smooth glass. For rough glass from the
     /// thinner medium the reflected part by tables and the rest transmitted; from the denser one
-    /// that of smooth glass times what a mirror of the same facets keeps. Within ALBEDO_ERR.
+    /// that of smooth glass times what a mirror of the same facets keeps. Within 0.11
+    /// up to α = 0.4; too bright beyond, by what is lost between facets.
     #[inline]
     fn albedo(&self, wo: Vec3) -> Spectrum {
         let eta = self.eta_from(wo);
@@ -284,11 +285,12 @@ mod tests {
         ];
         for (kind, alpha_u, alpha_v, masking, eta) in cases {
             let surface = Microfacet::new(kind, alpha_u, alpha_v).with_masking(masking);
-            let expect = Expect { albedo_error: 0.6, samples: 20_000, ..expect() };
+            let albedo_error = if alpha_u > 0.4 { 0.6 } else { 0.11 };
+            let expect = Expect { albedo_error, samples: 20_000, ..expect() };
             check_model(&format!("{surface:?} eta {eta}"), &clear(eta, surface), expect);
         }
         let surface = Microfacet::new(Distribution::Ggx, 0.2, 0.2);
-        let expect = Expect { albedo_error: 0.2, samples: 20_000, ..expect() };
+        let expect = Expect { albedo_error: 0.11, samples: 20_000, ..expect() };
         check_model("tinted rough glass", &tinted(1.5, surface), expect);
     }
 

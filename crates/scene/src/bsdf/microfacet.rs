@@ -91,10 +91,29 @@ impl Microfacet {
         self.alpha_u.max(self.alpha_v) < Self::SMOOTH
     }
 
+    /// √(αᵤ αᵥ).
+    #[inline]
+    pub fn alpha(&self) -> f32 {
+        (self.alpha_u * self.alpha_v).sqrt()
+    }
+
     /// √(αᵤ αᵥ) in [0,1]; 0 if smooth.
     #[inline]
     pub fn roughness(&self) -> f32 {
-        if self.is_smooth() { 0.0 } else { (self.alpha_u * self.alpha_v).sqrt().min(1.0) }
+        if self.is_smooth() { 0.0 } else { self.alpha().min(1.0) }
+    }
+
+    /// Roughness of the isotropic surface that looks about as rough from `w`: the mean square
+    /// of the roughness along the azimuth of `w` and of both axes.
+    #[inline]
+    pub fn isotropic_alpha(&self, w: Vec3) -> f32 {
+        let axes = 0.5 * (sqr(self.alpha_u) + sqr(self.alpha_v));
+        let sin2 = sqr(w.x) + sqr(w.y);
+        if sin2 < 1e-6 {
+            return axes.sqrt();
+        }
+        let along = (sqr(self.alpha_u * w.x) + sqr(self.alpha_v * w.y)) / sin2;
+        (0.5 * (along + axes)).sqrt()
     }
 
     /// Roughness of the isotropic surface that looks about as rough from `w`: the mean square

@@ -25,15 +25,19 @@ mod composite;
 mod conductor;
 mod dielectric;
 mod diffuse;
-mod fresnel;
+pub mod fresnel;
 mod lobes;
 mod microfacet;
 mod model;
 mod null;
+mod plastic;
+mod rough_plastic;
+mod rough_transmittance;
 #[cfg(test)]
 mod testing;
 mod thin_dielectric;
 
+pub use albedo::microfacet_albedo;
 pub use composite::{Bsdf, MAX_PARTS, Part};
 pub use conductor::{Conductor, ConductorFresnel};
 pub use dielectric::Dielectric;
@@ -42,6 +46,9 @@ pub use lobes::Lobes;
 pub use microfacet::{Masking, Microfacet};
 pub use model::Model;
 pub use null::Null;
+pub use plastic::{Plastic, PlasticCoat};
+pub use rough_plastic::RoughPlastic;
+pub use rough_transmittance::{AlphaIndex, RoughTransmittance};
 pub use thin_dielectric::ThinDielectric;
 
 use kaustika_math::{Vec2, Vec3};

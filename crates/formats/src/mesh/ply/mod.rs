@@ -279,6 +279,13 @@ impl Polygons {
         triangles: &mut Vec<[u32; 3]>,
     ) -> Result<(), MeshCause> {
         let n = values.count(count)?;
+        if n == 3
+            && let Some(triangle) = values.peek_triangle(item)
+            && triangle.iter().all(|&v| v < self.vertices.min(1 << 31))
+        {
+            triangles.push(triangle);
+            return values.skip(item, 3);
+        }
         if n < 3 {
             self.thin += 1;
             return values.skip(item, n);

@@ -31,6 +31,12 @@ pub(super) trait Values {
     /// Passes over `n` numbers.
     fn skip(&mut self, of: Scalar, n: u64) -> Result<(), MeshCause>;
 
+    /// The next three numbers without passing over them, if they are 32-bit integers in binary;
+    /// negative ones as numbers from 2^31 on. The fast way through triangles.
+    fn peek_triangle(&self, _of: Scalar) -> Option<[u32; 3]> {
+        None
+    }
+
     /// Where to look for a fault in entry `number` of `list`.
     fn fault(&self, cause: MeshCause, list: &str, number: u64) -> Fault;
 
@@ -111,7 +117,10 @@ impl<'a, const BIG: bool> Binary<'a, BIG> {
     /// The next `N` bytes, least significant first.
     #[inline]
     fn take<const N: usize>(&mut self) -> Result<[u8; N], MeshCause> {
-        let (head, rest) = self.rest.split_first_chunk::<N>().ok_or(MeshCause::Truncated)?;
+        // Not ok_or(): making and dropping the unused error costs as much as the rest.
+        let Some((head, rest)) = self.rest.split_first_chunk::<N>() else {
+            return Err(MeshCause::Truncated);
+        };
         self.rest = rest;
         Ok(little::<N, BIG>(*head))
     }
@@ -183,12 +192,23 @@ impl<const BIG: bool> Values for Binary<'_, BIG> {
 
     #[inline]
     fn skip(&mut self, of: Scalar, n: u64) -> Result<(), MeshCause> {
-        let bytes = n
-            .checked_mul(of.size() as u64)
-            .and_then(|bytes| usize::try_from(bytes).ok())
-            .ok_or(MeshCause::Truncated)?;
-        self.rest = self.rest.get(bytes..).ok_or(MeshCause::Truncated)?;
+        let bytes = n.saturating_mul(of.size() as u64);
+        let bytes = usize::try_from(bytes).unwrap_or(usize::MAX);
+        let Some(rest) = self.rest.get(bytes..) else {
+            return Err(MeshCause::Truncated);
+        };
+        self.rest = rest;
         Ok(())
+    }
+
+    #[inline]
+    fn peek_triangle(&self, of: Scalar) -> Option<[u32; 3]> {
+        if !matches!(of, Scalar::I32 | Scalar::U32) {
+            return None;
+        }
+        let (words, _) = self.rest.first_chunk::<12>()?.as_chunks::<4>();
+        let word = |i: usize| u32::from_le_bytes(little::<4, BIG>(words[i]));
+        Some([word(0), word(1), word(2)])
     }
 
     fn fault(&self, cause: MeshCause, list: &str, number: u64) -> Fault {

@@ -128,6 +128,11 @@ fn parts_split_by_name_and_material() {
     }
     assert_eq!(parts[2].mesh.positions[0], Vec3::Y);
     assert_eq!(read(&text).indices.len(), 3);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.obj");
+    std::fs::write(&path, &text).unwrap();
+    let again = read_obj_parts(&path, &MeshOptions::default(), &mut Vec::new()).unwrap();
+    assert_eq!(again, parts);
 }
 
 #[test]

@@ -1,8 +1,7 @@
 //! Mitsuba's `.serialized`.
 
-use super::files::{serialized_content, serialized_file};
+use super::files::{gzip, serialized_content, serialized_file};
 use super::*;
-use crate::mesh::serialized::count;
 
 fn read_with(bytes: &[u8], options: &MeshOptions) -> Result<TriMesh, Fault> {
     parse_mesh(bytes, MeshFormat::Serialized, options, &mut Vec::new())
@@ -64,10 +63,17 @@ fn shape_index_picks_a_mesh() {
         let contents: Vec<_> =
             meshes.iter().map(|m| serialized_content(version, false, 0, m)).collect();
         let file = serialized_file(version, &contents);
-        assert_eq!(count(&file).unwrap(), 3);
+        let folder = tempfile::tempdir().unwrap();
+        let paths = ["a.serialized", "b.serialized"].map(|name| folder.path().join(name));
+        std::fs::write(&paths[0], &file).unwrap();
+        std::fs::write(&paths[1], gzip(&file)).unwrap();
         let at = |shape_index| MeshOptions { shape_index, ..MeshOptions::default() };
         for (i, mesh) in meshes.iter().enumerate() {
             assert_eq!(read_with(&file, &at(i)).unwrap(), *mesh);
+            for path in &paths {
+                assert_eq!(count_serialized(path).unwrap(), 3);
+                assert_eq!(read_mesh(path, &at(i)).unwrap(), *mesh);
+            }
         }
         let text = message(read_with(&file, &at(3)));
         assert_eq!(text, "m: shape index 3 is out of range (the file holds 3)");

@@ -1,0 +1,126 @@
+//! Which values a render keeps for each pixel.
+
+use std::fmt;
+use std::str::FromStr;
+
+/// A value of the first surface a camera path meets (after passing through nothing).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Feature {
+    /// Directional albedo as linear RGB; 1 where light is met, 0 where nothing is.
+    Albedo,
+    /// Geometric normal in world space.
+    Normal,
+    /// Shading normal in world space.
+    ShadingNormal,
+    /// Distance from the camera along the ray.
+    Depth,
+    /// World-space position.
+    Position,
+    /// Surface parameters.
+    Uv,
+    /// Number of the shape, from 1; 0 for nothing. Of one sample, never averaged.
+    ShapeId,
+    /// Number of the material, from 1; 0 for nothing. Of one sample, never averaged.
+    MaterialId,
+}
+
+impl Feature {
+    /// All features, in the order of their channels.
+    pub const ALL: [Feature; 8] = [
+        Feature::Albedo,
+        Feature::Normal,
+        Feature::ShadingNormal,
+        Feature::Depth,
+        Feature::Position,
+        Feature::Uv,
+        Feature::ShapeId,
+        Feature::MaterialId,
+    ];
+
+    /// EXR channel names, as pbrt-v4's G-buffer has them where it has them.
+    pub fn channels(self) -> &'static [&'static str] {
+        match self {
+            Feature::Albedo => &["Albedo.R", "Albedo.G", "Albedo.B"],
+            Feature::Normal => &["N.X", "N.Y", "N.Z"],
+            Feature::ShadingNormal => &["Ns.X", "Ns.Y", "Ns.Z"],
+            Feature::Depth => &["Depth.Z"],
+            Feature::Position => &["P.X", "P.Y", "P.Z"],
+            Feature::Uv => &["u", "v"],
+            Feature::ShapeId => &["ShapeId"],
+            Feature::MaterialId => &["MaterialId"],
+        }
+    }
+
+    /// True for numbers that name something: the first pass's value is kept.
+    pub fn is_id(self) -> bool {
+        matches!(self, Feature::ShapeId | Feature::MaterialId)
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Feature::Albedo => "albedo",
+            Feature::Normal => "normal",
+            Feature::ShadingNormal => "sh_normal",
+            Feature::Depth => "depth",
+            Feature::Position => "position",
+            Feature::Uv => "uv",
+            Feature::ShapeId => "shape_id",
+            Feature::MaterialId => "material_id",
+        }
+    }
+}
+
+impl fmt::Display for Feature {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Feature {
+    type Err = String;
+    fn from_str(s: &str) -> Result<Feature, String> {
+        let named = |f: &&Feature| f.name() == s.trim();
+        Feature::ALL.iter().find(named).copied().ok_or_else(|| {
+            let known: Vec<_> = Feature::ALL.iter().map(|f| f.name()).collect();
+            format!("unknown feature layer `{s}`; known: {}", known.join(", "))
+        })
+    }
+}
+
+/// The layout of a pixel: r, g, b, the filter weight, then the features in order.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Layers {
+    features: Vec<Feature>,
+}
+
+impl Layers {
+    /// The beauty image and these features (each once).
+    pub fn new(features: &[Feature]) -> Layers {
+        let mut features = features.to_vec();
+        features.sort();
+        features.dedup();
+        Layers { features }
+    }
+
+    /// The features.
+    pub fn features(&self) -> &[Feature] {
+        &self.features
+    }
+
+    /// Numbers a pixel: colour, weight and features.
+    pub fn stride(&self) -> usize {
+        4 + self.features.iter().map(|f| f.channels().len()).sum::<usize>()
+    }
+
+    /// Offset of a feature's first number within a pixel.
+    pub fn offset(&self, feature: Feature) -> Option<usize> {
+        let mut at = 4;
+        for f in &self.features {
+            if *f == feature {
+                return Some(at);
+            }
+            at += f.channels().len();
+        }
+        None
+    }
+}

@@ -1,0 +1,150 @@
+//! The image of one pass.
+
+use super::{Feature, Layers};
+
+/// One estimate of every pixel of the rendered region; additive, zero at the start.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PassImage {
+    width: u32,
+    height: u32,
+    layers: Layers,
+    data: Vec<f32>,
+}
+
+impl PassImage {
+    /// A black image of `width` x `height` pixels.
+    pub fn new(width: u32, height: u32, layers: Layers) -> PassImage {
+        let data = vec![0.0; width as usize * height as usize * layers.stride()];
+        PassImage { width, height, layers, data }
+    }
+
+    /// Width in pixels.
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// Height in pixels.
+    pub fn height(&self) -> u32 {
+        self.height
+    }
+
+    /// The layout of a pixel.
+    pub fn layers(&self) -> &Layers {
+        &self.layers
+    }
+
+    /// All numbers: pixels row by row, each [`Layers::stride`] long.
+    pub fn data(&self) -> &[f32] {
+        &self.data
+    }
+
+    /// Gives up the numbers.
+    pub(super) fn into_data(self) -> Vec<f32> {
+        self.data
+    }
+
+    /// Cuts the image into bands of `rows` rows that can be filled at the same time.
+    pub fn bands(&mut self, rows: u32) -> Vec<PixelBand<'_>> {
+        let stride = self.layers.stride();
+        let layers = &self.layers;
+        let width = self.width;
+        self.data
+            .chunks_mut((width * rows) as usize * stride)
+            .enumerate()
+            .map(|(i, data)| PixelBand { y: i as u32 * rows, width, layers, data })
+            .collect()
+    }
+
+    /// Adds to the colour of a pixel, for methods whose samples choose the pixel.
+    pub fn splat(&mut self, x: u32, y: u32, rgb: [f32; 3]) {
+        let at = (y as usize * self.width as usize + x as usize) * self.layers.stride();
+        for (d, v) in self.data[at..at + 3].iter_mut().zip(rgb) {
+            *d += v;
+        }
+    }
+}
+
+/// Some rows of a pass.
+#[derive(Debug)]
+pub struct PixelBand<'a> {
+    /// First row, from the top of the region.
+    pub y: u32,
+    width: u32,
+    layers: &'a Layers,
+    data: &'a mut [f32],
+}
+
+/// What one camera path contributes to its pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PixelRecord {
+    /// Sensor response, linear RGB.
+    pub rgb: [f32; 3],
+    /// Filter weight.
+    pub weight: f32,
+    /// See [`Feature::Albedo`].
+    pub albedo: [f32; 3],
+    /// See [`Feature::Normal`].
+    pub normal: [f32; 3],
+    /// See [`Feature::ShadingNormal`].
+    pub shading_normal: [f32; 3],
+    /// See [`Feature::Depth`].
+    pub depth: f32,
+    /// See [`Feature::Position`].
+    pub position: [f32; 3],
+    /// See [`Feature::Uv`].
+    pub uv: [f32; 2],
+    /// See [`Feature::ShapeId`].
+    pub shape: u32,
+    /// See [`Feature::MaterialId`].
+    pub material: u32,
+}
+
+impl PixelBand<'_> {
+    /// Rows in this band.
+    pub fn height(&self) -> u32 {
+        (self.data.len() / (self.width as usize * self.layers.stride())) as u32
+    }
+
+    /// Columns.
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// True if features are kept.
+    pub fn wants_features(&self) -> bool {
+        !self.layers.features().is_empty()
+    }
+
+    /// Adds a camera path to the pixel at column `x` and row `y` of the band. Everything but
+    /// numbers that name something is weighted by the filter.
+    pub fn add(&mut self, x: u32, y: u32, r: &PixelRecord) {
+        let stride = self.layers.stride();
+        let at = (y as usize * self.width as usize + x as usize) * stride;
+        let pixel = &mut self.data[at..at + stride];
+        for i in 0..3 {
+            pixel[i] += r.weight * r.rgb[i];
+        }
+        pixel[3] += r.weight;
+        let mut at = 4;
+        for f in self.layers.features() {
+            let (values, n): ([f32; 3], usize) = match f {
+                Feature::Albedo => (r.albedo, 3),
+                Feature::Normal => (r.normal, 3),
+                Feature::ShadingNormal => (r.shading_normal, 3),
+                Feature::Depth => ([r.depth, 0.0, 0.0], 1),
+                Feature::Position => (r.position, 3),
+                Feature::Uv => ([r.uv[0], r.uv[1], 0.0], 2),
+                Feature::ShapeId => ([r.shape as f32, 0.0, 0.0], 1),
+                Feature::MaterialId => ([r.material as f32, 0.0, 0.0], 1),
+            };
+            for (p, v) in pixel[at..at + n].iter_mut().zip(values) {
+                if f.is_id() {
+                    *p = v;
+                } else {
+                    *p += r.weight * v;
+                }
+            }
+            at += n;
+        }
+    }
+}

@@ -1,0 +1,192 @@
+//! Lights that stand in the scene.
+
+use super::convert::{Converter, old};
+use super::document::{Kind, Object, ObjectId};
+use super::resources::{BitmapPlace, no_bitmap};
+use super::shapes::{along, at, mirror_x};
+use super::spectra::rgb;
+use super::textures::Role;
+use kaustika_math::Transform;
+use kaustika_scene::description::{EnvironmentLayout, LightDesc, LightKind, MediumId, SpotFalloff};
+use kaustika_spectra::ColorSpace;
+
+/// Emitters that Mitsuba knows.
+const KNOWN: &[&str] = &[
+    "area",
+    "point",
+    "spot",
+    "directional",
+    "constant",
+    "envmap",
+    "projector",
+    "sunsky",
+    "sun",
+    "sky",
+    "timed_sunsky",
+    "collimated",
+    "directionalarea",
+];
+
+/// Radiance in place of a sky: a clear sky far from the sun, about.
+const SKY: [f32; 3] = [0.3, 0.4, 0.6];
+
+impl<'a> Converter<'a> {
+    pub(super) fn emitter(&mut self, id: ObjectId) {
+        let object = self.object(id);
+        object.ignore(&["sampling_weight"]);
+        let made = match object.plugin.as_str() {
+            // Stands in the scene to be referred to by shapes.
+            "area" | "directionalarea" => return,
+            "point" => self.point(object),
+            "spot" => self.spot(object),
+            "directional" => self.directional(object),
+            "constant" => {
+                let (radiance, scale) = self.light_spectrum(object, "radiance", 1.0);
+                // A constant has no place, but Mitsuba accepts a transform.
+                object.ignore(&["to_world"]);
+                let kind = LightKind::Constant { radiance, scale, illuminance: None };
+                Some((kind, Transform::IDENTITY))
+            }
+            "envmap" => self.envmap(object),
+            "projector" => self.projector(object),
+            "sunsky" | "sun" | "sky" | "timed_sunsky" => {
+                let scale = self.number(object, "scale", 1.0);
+                self.replaced(object, "a constant grey-blue sky is used");
+                let kind = LightKind::Constant { radiance: rgb(SKY), scale, illuminance: None };
+                Some((kind, Transform::IDENTITY))
+            }
+            "collimated" => {
+                self.replaced(object, "left out");
+                None
+            }
+            _ => {
+                self.unknown_plugin(object, KNOWN);
+                return;
+            }
+        };
+        let medium = self.medium_around(object);
+        if let Some((kind, transform)) = made {
+            let (name, span) = (object.id.clone(), Some(object.span));
+            self.out.lights.push(LightDesc { name, kind, transform, medium, span });
+        }
+        self.finish(id);
+    }
+
+    pub(super) fn medium_around(&mut self, object: &'a Object) -> Option<MediumId> {
+        self.child(object, Kind::Medium).map(|(_, id)| self.medium(id))
+    }
+
+    /// Either of two ways to place a light.
+    fn exclusive(&mut self, object: &'a Object, name: &'static str) -> bool {
+        if object.has(name) && object.has("to_world") {
+            let message = format!("`{name}` and `to_world` exclude each other");
+            self.out.diagnostics.error(object.span, message);
+            object.ignore(&["to_world"]);
+        }
+        object.has(name)
+    }
+
+    fn point(&mut self, object: &'a Object) -> Option<(LightKind, Transform)> {
+        let (intensity, scale) = self.light_spectrum(object, "intensity", 1.0);
+        let transform = match self.exclusive(object, "position") {
+            true => at(self.vector(object, "position").unwrap_or([0.0; 3])),
+            false => self.transform(object, "to_world"),
+        };
+        Some((LightKind::Point { intensity, scale, power: None }, transform))
+    }
+
+    fn spot(&mut self, object: &'a Object) -> Option<(LightKind, Transform)> {
+        let (intensity, scale) = self.light_spectrum(object, "intensity", 1.0);
+        let cutoff = self.number(object, "cutoff_angle", 20.0);
+        let beam_width = self.number(object, "beam_width", cutoff * 0.75);
+        if !(cutoff > 0.0 && cutoff < 180.0 && beam_width <= cutoff) {
+            self.out.diagnostics.error(
+                object.span,
+                format!("the beam ({beam_width}°) must lie in the cone ({cutoff}°)"),
+            );
+        }
+        let texture = object.get("texture").map(|p| self.texture_of(object, p, Role::Reflectance));
+        let kind = LightKind::Spot {
+            intensity,
+            scale,
+            power: None,
+            cutoff,
+            beam_width,
+            falloff: SpotFalloff::LinearAngle,
+            texture,
+        };
+        Some((kind, self.transform(object, "to_world")))
+    }
+
+    fn directional(&mut self, object: &'a Object) -> Option<(LightKind, Transform)> {
+        let (irradiance, scale) = self.light_spectrum(object, "irradiance", 1.0);
+        let transform = if self.exclusive(object, "direction") {
+            let direction = self.vector(object, "direction")?;
+            match along(direction) {
+                Some(transform) => transform,
+                None => {
+                    let span = object.get("direction").map(|p| p.value_span);
+                    self.out.diagnostics.error(span, "the direction is zero");
+                    return None;
+                }
+            }
+        } else {
+            self.transform(object, "to_world")
+        };
+        Some((LightKind::Directional { irradiance, scale, illuminance: None }, transform))
+    }
+
+    fn envmap(&mut self, object: &'a Object) -> Option<(LightKind, Transform)> {
+        object.ignore(&["mis_compensation", "cache"]);
+        let scale = self.number(object, "scale", 1.0);
+        let encoding = self.gamma(object);
+        let transform = self.transform(object, "to_world");
+        let (path, span) = self.file(object, "filename")?;
+        let place = BitmapPlace::Light(self.out.lights.len());
+        self.pending.bitmap(path, span, place, encoding);
+        let kind = LightKind::Image {
+            bitmap: no_bitmap(),
+            space: ColorSpace::Srgb,
+            layout: EnvironmentLayout::LatLong,
+            scale,
+            illuminance: None,
+        };
+        Some((kind, transform))
+    }
+
+    /// Mitsuba's projector holds its picture as a texture and gives the irradiance, over π, at
+    /// distance 1 on the plane z = 1.
+    fn projector(&mut self, object: &'a Object) -> Option<(LightKind, Transform)> {
+        let scale = self.number(object, "scale", 1.0);
+        let fov = self.field_of_view(object);
+        let transform = self.transform(object, "to_world");
+        let picture = object.get("irradiance").and_then(|p| self.target(p));
+        let Some(id) = picture.filter(|id| self.object(*id).plugin == "bitmap") else {
+            let message = "a projector needs a `bitmap` as `irradiance`";
+            self.out.diagnostics.error(object.span, message);
+            return None;
+        };
+        let texture = self.object(id);
+        let raw = self.boolean(texture, "raw", false);
+        texture.ignore(&["filter_type", "wrap_mode", "format", "accel"]);
+        let (path, span) = self.file(texture, "filename")?;
+        self.finish(id);
+        let encoding = raw.then_some(kaustika_scene::description::Encoding::Linear);
+        self.pending.bitmap(path, span, BitmapPlace::Light(self.out.lights.len()), encoding);
+        self.out
+            .diagnostics
+            .warning(object.type_span, "the projector's falloff towards its corners differs");
+        if !matches!(fov, (_, kaustika_scene::description::FovAxis::X)) && !old(object) {
+            let message = "the field of view of a projector is read as horizontal";
+            self.out.diagnostics.warning(object.span, message);
+        }
+        let kind = LightKind::Projection {
+            bitmap: no_bitmap(),
+            space: ColorSpace::Srgb,
+            fov_x: fov.0,
+            scale: scale * std::f32::consts::PI,
+            power: None,
+        };
+        Some((kind, transform * mirror_x()))
+    }
+}

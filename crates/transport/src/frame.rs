@@ -1,0 +1,78 @@
+//! What all methods share of one picture: which pixels, which samples, how light is measured.
+
+use kaustika_film::accumulate::Layers;
+use kaustika_film::{FilterDesc, FilterSampler};
+use kaustika_math::Vec2;
+use kaustika_sampling::{Sampler, SamplerConfig, SamplerPlan};
+use kaustika_spectra::Sensor;
+
+/// The picture being rendered.
+#[derive(Debug)]
+pub struct Frame {
+    /// Width and height of the whole picture.
+    pub resolution: [u32; 2],
+    /// Pixels rendered: x0, y0, x1, y1, end exclusive.
+    pub region: [u32; 4],
+    /// Reconstruction filter.
+    pub filter: FilterSampler,
+    /// The filter as described.
+    pub filter_desc: FilterDesc,
+    /// Where samples come from.
+    pub sampler: SamplerPlan,
+    /// Radiance to pixel values.
+    pub sensor: Sensor,
+    /// Pixel components above this are clamped: biased, only where a file asks for it.
+    pub max_component: Option<f32>,
+    /// Values kept for each pixel.
+    pub layers: Layers,
+}
+
+/// A sample's place on the film.
+#[derive(Clone, Copy, Debug)]
+pub struct FilmSample {
+    /// Position in pixels of the whole picture.
+    pub film: Vec2,
+    /// Filter weight.
+    pub weight: f32,
+}
+
+impl Frame {
+    /// A frame over the whole picture.
+    pub fn new(resolution: [u32; 2], filter: FilterDesc, sampler: SamplerConfig) -> Frame {
+        Frame {
+            resolution,
+            region: [0, 0, resolution[0], resolution[1]],
+            filter: FilterSampler::new(&filter),
+            filter_desc: filter,
+            sampler: SamplerPlan::new(sampler),
+            sensor: Sensor::default(),
+            max_component: None,
+            layers: Layers::default(),
+        }
+    }
+
+    /// Width and height of the rendered region.
+    pub fn size(&self) -> [u32; 2] {
+        [self.region[2] - self.region[0], self.region[3] - self.region[1]]
+    }
+
+    /// The position of a pixel's sample, by importance sampling of the filter.
+    #[inline]
+    pub fn film_sample(&self, pixel: [u32; 2], sampler: &mut Sampler) -> FilmSample {
+        let s = self.filter.sample(sampler.get_pixel_2d());
+        let center = Vec2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5);
+        FilmSample { film: center + s.offset, weight: s.weight }
+    }
+
+    /// Clamps what the file asks to clamp.
+    #[inline]
+    pub fn clamp(&self, rgb: [f32; 3]) -> [f32; 3] {
+        match self.max_component {
+            Some(limit) => {
+                let m = rgb[0].max(rgb[1]).max(rgb[2]);
+                if m > limit { rgb.map(|v| v * (limit / m)) } else { rgb }
+            }
+            None => rgb,
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! What a light transport method is to the rest of the program.
+
+use crate::frame::Frame;
+use crate::workers::Workers;
+use kaustika_film::accumulate::PassImage;
+use kaustika_scene::Scene;
+use std::io::{self, Read, Write};
+use std::ops::AddAssign;
+use thiserror::Error;
+
+/// What is known of a method before it runs.
+#[derive(Clone, Copy, Debug)]
+pub struct MethodInfo {
+    /// Name on the command line.
+    pub name: &'static str,
+    /// One line: what it does.
+    pub summary: &'static str,
+    /// The light paths it can find, in the lecture's alphabet.
+    pub path_class: &'static str,
+    /// What its expectation is.
+    pub bias: Bias,
+    /// How passes may be dealt out.
+    pub schedule: Schedule,
+    /// What one sample per pixel costs.
+    pub one_spp: &'static str,
+    /// Where it is described.
+    pub source: &'static str,
+}
+
+/// What a method converges to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bias {
+    /// The right value, on average, at any number of passes.
+    Unbiased,
+    /// The right value as passes go on.
+    Consistent,
+    /// Something near it, or a part of it.
+    Biased,
+}
+
+/// How passes depend on each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Schedule {
+    /// Not at all: machines may share them.
+    Stateless,
+    /// Each needs those before it: machines may run replicas.
+    Sequential,
+}
+
+/// Work done, counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PassStats {
+    /// Rays traced to the nearest surface.
+    pub closest_rays: u64,
+    /// Rays traced to find whether anything is in the way.
+    pub shadow_rays: u64,
+    /// Samples that were NaN or infinite and were counted as black.
+    pub bad_samples: u64,
+}
+
+impl AddAssign for PassStats {
+    fn add_assign(&mut self, o: PassStats) {
+        self.closest_rays += o.closest_rays;
+        self.shadow_rays += o.shadow_rays;
+        self.bad_samples += o.bad_samples;
+    }
+}
+
+/// What a pass is to the image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CommitKind {
+    /// One more estimate: averaged.
+    Average,
+    /// A better image: replaces what was.
+    Replace,
+    /// Nothing to see yet.
+    TrainingOnly,
+}
+
+/// The end of a pass.
+#[derive(Clone, Copy, Debug)]
+pub struct Commit {
+    /// What the pass is to the image.
+    pub kind: CommitKind,
+    /// Work done.
+    pub stats: PassStats,
+}
+
+/// Why a render ends early.
+#[derive(Clone, Debug, Error)]
+pub enum RenderError {
+    /// It was asked to.
+    #[error("the render was cancelled")]
+    Cancelled,
+    /// It can't go on; the text says why and what to do.
+    #[error("{0}")]
+    Failed(String),
+}
+
+/// A progressive estimator of an image, run in numbered passes.
+///
+/// Within a pass shared state is frozen; nothing depends on time, threads or budgets, so that
+/// the first N passes of a longer run equal a run of N passes, bit for bit.
+pub trait Method: Send {
+    /// Name, path class and so on.
+    fn info(&self) -> &'static MethodInfo;
+
+    /// Whatever must happen before the first pass.
+    ///
+    /// # Errors
+    /// If it can't render this scene.
+    fn prepare(
+        &mut self,
+        _scene: &Scene,
+        _frame: &Frame,
+        _workers: &Workers,
+    ) -> Result<(), RenderError> {
+        Ok(())
+    }
+
+    /// Adds pass number `index` to the zeroed image `out`.
+    ///
+    /// # Errors
+    /// If cancelled or unable to go on; the pass is then dropped.
+    fn pass(
+        &mut self,
+        index: u64,
+        scene: &Scene,
+        frame: &Frame,
+        out: &mut PassImage,
+        workers: &Workers,
+    ) -> Result<Commit, RenderError>;
+
+    /// Writes what must survive a break besides the film.
+    ///
+    /// # Errors
+    /// As the writer's.
+    fn save(&self, _out: &mut dyn Write) -> io::Result<()> {
+        Ok(())
+    }
+
+    /// Reads what [`Method::save`] wrote.
+    ///
+    /// # Errors
+    /// As the reader's, or if it does not fit.
+    fn load(&mut self, _from: &mut dyn Read) -> io::Result<()> {
+        Ok(())
+    }
+}

@@ -1,0 +1,191 @@
+//! Runs passes of a method until a budget is met.
+
+use crate::frame::Frame;
+use crate::method::{CommitKind, Method, PassStats, RenderError};
+use crate::workers::Workers;
+use kaustika_film::accumulate::{PassImage, PassTree, Total};
+use kaustika_scene::Scene;
+use std::time::{Duration, Instant};
+
+/// When to stop: whichever is met first. Without any, one pass is rendered.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Budget {
+    /// Stop before this pass; passes are numbered from 0.
+    pub end_pass: Option<u64>,
+    /// Stop after this time.
+    pub time: Option<Duration>,
+    /// Stop when 95 % of the pixels have an estimated relative error of at most this.
+    pub noise: Option<f32>,
+}
+
+/// Where a render stands.
+#[derive(Clone, Copy, Debug)]
+pub struct Progress {
+    /// Passes done in all, earlier runs included.
+    pub passes: u64,
+    /// Passes of this run.
+    pub fresh: u64,
+    /// First pass after the budget, if it is known.
+    pub end_pass: Option<u64>,
+    /// Time spent rendering in this run.
+    pub elapsed: Duration,
+    /// Estimated relative error, if one was computed lately.
+    pub error: Option<RelativeError>,
+}
+
+/// Estimated relative error of the image, over pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RelativeError {
+    /// Mean.
+    pub mean: f32,
+    /// 95 % of the pixels are below.
+    pub p95: f32,
+}
+
+/// Someone who wants to know how it goes.
+pub trait Observer {
+    /// After each committed pass.
+    fn committed(&mut self, progress: &Progress, tree: &PassTree);
+}
+
+/// How a run ended.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// True if it was cancelled before the budget was met.
+    pub cancelled: bool,
+    /// Time spent in passes.
+    pub elapsed: Duration,
+    /// Passes of this run.
+    pub fresh: u64,
+    /// Work of this run.
+    pub stats: PassStats,
+    /// Estimated relative error at the end.
+    pub error: Option<RelativeError>,
+}
+
+/// A method on its way through the passes of one picture.
+pub struct Session<'a> {
+    /// What is rendered.
+    pub scene: &'a Scene,
+    /// The picture.
+    pub frame: &'a Frame,
+    /// How.
+    pub method: Box<dyn Method>,
+    /// Sum of the passes so far.
+    pub tree: PassTree,
+    /// First pass of this share.
+    pub first_pass: u64,
+}
+
+impl<'a> Session<'a> {
+    /// A session that has not rendered anything.
+    pub fn new(scene: &'a Scene, frame: &'a Frame, method: Box<dyn Method>) -> Session<'a> {
+        let [width, height] = frame.size();
+        let tree = PassTree::new(width, height, frame.layers.clone());
+        Session { scene, frame, method, tree, first_pass: 0 }
+    }
+
+    /// Renders until the budget is met or the workers are cancelled.
+    ///
+    /// # Errors
+    /// If the method can't go on. Passes committed before stay in `tree`.
+    pub fn run(
+        &mut self,
+        budget: &Budget,
+        workers: &Workers,
+        observer: &mut dyn Observer,
+    ) -> Result<Outcome, RenderError> {
+        let start = Instant::now();
+        let mut outcome = Outcome {
+            cancelled: false,
+            elapsed: Duration::ZERO,
+            fresh: 0,
+            stats: PassStats::default(),
+            error: None,
+        };
+        self.method.prepare(self.scene, self.frame, workers)?;
+        let end = match (budget.end_pass, budget.time, budget.noise) {
+            (Some(end), ..) => Some(end),
+            (None, None, None) => Some(self.first_pass + 1),
+            _ => None,
+        };
+        loop {
+            let pass = self.tree.next_missing(self.first_pass);
+            if end.is_some_and(|end| pass >= end)
+                || budget.time.is_some_and(|t| start.elapsed() >= t)
+            {
+                break;
+            }
+            let [width, height] = self.frame.size();
+            let mut image = PassImage::new(width, height, self.frame.layers.clone());
+            match self.method.pass(pass, self.scene, self.frame, &mut image, workers) {
+                Ok(commit) => {
+                    outcome.stats += commit.stats;
+                    let joined = match commit.kind {
+                        CommitKind::Average => workers.install(|| self.tree.push(pass, image)),
+                        CommitKind::Replace | CommitKind::TrainingOnly => {
+                            return Err(RenderError::Failed(
+                                "this session only averages passes".into(),
+                            ));
+                        }
+                    };
+                    joined.map_err(|e| RenderError::Failed(e.to_string()))?;
+                }
+                Err(RenderError::Cancelled) => {
+                    outcome.cancelled = true;
+                    break;
+                }
+                Err(e) => return Err(e),
+            }
+            outcome.fresh += 1;
+            outcome.elapsed = start.elapsed();
+            // An estimate costs a walk over the image: only where the number of passes has
+            // grown by about an eighth since the last one.
+            let passes = self.tree.passes();
+            if passes >= 4 && passes.is_multiple_of((passes / 8).next_power_of_two()) {
+                outcome.error = self.tree.total().map(|t| relative_error(&t, &self.tree));
+                let reached = |e: RelativeError| budget.noise.is_some_and(|n| e.p95 <= n);
+                if passes >= 16 && outcome.error.is_some_and(reached) {
+                    break;
+                }
+            }
+            let progress = Progress {
+                passes,
+                fresh: outcome.fresh,
+                end_pass: end,
+                elapsed: outcome.elapsed,
+                error: outcome.error,
+            };
+            observer.committed(&progress, &self.tree);
+            if workers.cancelled() {
+                outcome.cancelled = end.is_none_or(|end| pass + 1 < end);
+                break;
+            }
+        }
+        outcome.elapsed = start.elapsed();
+        outcome.error = self.tree.total().map(|t| relative_error(&t, &self.tree));
+        Ok(outcome)
+    }
+}
+
+/// Estimated relative error of each pixel, standard error of the mean over the mean, where the
+/// samples of a pixel are taken as independent: for stratified samplers an upper bound. Dark
+/// pixels count against a hundredth of the image's mean, so that black corners do not rule.
+pub fn relative_error(total: &Total, tree: &PassTree) -> RelativeError {
+    let pixels = tree.width() as usize * tree.height() as usize;
+    let luminance = |c: [f32; 3]| 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
+    let mean = (0..pixels).map(|i| luminance(total.rgb(i)).max(0.0) as f64).sum::<f64>()
+        / pixels.max(1) as f64;
+    let floor = (0.01 * mean as f32).max(1e-12);
+    let n = total.passes as f32;
+    let mut errors: Vec<f32> = (0..pixels)
+        .map(|i| (luminance(total.variance(i)) / n).sqrt() / luminance(total.rgb(i)).max(floor))
+        .collect();
+    let sum: f64 = errors.iter().map(|&e| e as f64).sum();
+    let k = (errors.len() * 95 / 100).min(errors.len().saturating_sub(1));
+    let p95 = match errors.is_empty() {
+        true => 0.0,
+        false => *errors.select_nth_unstable_by(k, f32::total_cmp).1,
+    };
+    RelativeError { mean: (sum / pixels.max(1) as f64) as f32, p95 }
+}
