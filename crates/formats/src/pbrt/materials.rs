@@ -3,7 +3,7 @@
 use super::build::Builder;
 use super::entity::{Entity, NameRef};
 use super::param::ParamType;
-use super::upgrade::OPACITY;
+use super::upgrade_material::OPACITY;
 use kaustika_scene::description::{
     BitmapChannels, BitmapFilter, BitmapTexture, CoatDesc, ConductorColor, Distribution, Encoding,
     IorDesc, MaterialId, MaterialModel, RoughnessDesc, TextureId, TextureMapping, TextureNode,
