@@ -134,6 +134,7 @@ impl Reader {
                 if !value.is_finite() {
                     let span = lexer.span(lexer.pos, end);
                     self.diag.error(span, format!("the number is too large for `{name}`"));
+                    lexer.pos = end;
                     self.skip_rest(lexer, list)?;
                     return Ok(None);
                 }

@@ -230,8 +230,8 @@ fn values() {
 #[test]
 fn kinds() {
     check_world(
-        "Shape \"sfere\"",
-        "error 2:7 <\"sfere\"> unknown shape `sfere`; did you mean `sphere`?\n",
+        "Shape \"spere\"",
+        "error 2:7 <\"spere\"> unknown shape `spere`; did you mean `sphere`?\n",
     );
     check_world(
         "Material \"difuse\"",
@@ -261,9 +261,9 @@ fn kinds() {
     check(
         "Camera \"perspectiv\" Film \"rgbb\" PixelFilter \"gauss\" ColorSpace \"sRGBB\" \
          Option \"seeed\" 3 WorldBegin",
-        "error 1:66 <\"sRGBB\"> unknown colour space `sRGBB`; did you mean `srgb`?\n\
-         error 1:81 <\"seeed\"> unknown option `seeed`; did you mean `seed`?\n\
-         error 1:46 <\"gauss\"> unknown filter `gauss`; known: box, gaussian, mitchell, sinc, \
+        "error 1:64 <\"sRGBB\"> unknown colour space `sRGBB`; did you mean `srgb`?\n\
+         error 1:79 <\"seeed\"> unknown option `seeed`; did you mean `seed`?\n\
+         error 1:45 <\"gauss\"> unknown filter `gauss`; known: box, gaussian, mitchell, sinc, \
          triangle\n\
          error 1:26 <\"rgbb\"> unknown film `rgbb`; did you mean `rgb`?\n\
          error 1:8 <\"perspectiv\"> unknown camera `perspectiv`; did you mean `perspective`?\n",
@@ -301,8 +301,8 @@ fn names() {
     );
     check_world(
         "MakeNamedMaterial \"a\" \"string type\" \"mix\" \"string materials\" [ \"a\" \"a\" ]",
-        "error 2:67 <\"a\"> material `a` is made of itself\n\
-         error 2:71 <\"a\"> material `a` is made of itself\n",
+        "error 2:64 <\"a\"> material `a` is made of itself\n\
+         error 2:68 <\"a\"> material `a` is made of itself\n",
     );
     check_world(
         "Material \"mix\" \"string materials\" \"a\"",

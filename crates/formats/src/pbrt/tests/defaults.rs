@@ -126,7 +126,7 @@ fn what_is_unknown_but_harmless_is_replaced() {
     assert_eq!(
         messages(&s),
         "warning 2:21 <\"embree\"> unknown accelerator `embree`, ignored; known: bvh, kdtree\n\
-         warning 3:53 <\"uni\"> unknown light sampler `uni`, using `bvh`; known: uniform, power, \
+         warning 3:72 <\"uni\"> unknown light sampler `uni`, using `bvh`; known: uniform, power, \
          bvh, exhaustive\n\
          warning 3:27 <\"bool regularize\"> `regularize` makes pictures wrong in favour of less \
          noise, ignored\n\

@@ -111,9 +111,9 @@ Material \"conductor\" \"spectrum eta\" \"metal-Cu-etta\" \"spectrum k\" \"my.sp
         "error 2:9 <\"geometry/partt.pbrt\"> no file `geometry/partt.pbrt`; did you mean \
          `geometry/part.pbrt`?\n\
          error 4:53 <\"wood.png\"> no image file `wood.png`\n\
-         error 6:38 <\"metal-Cu-etta\"> no spectrum and no file is called `metal-Cu-etta`; did you \
+         error 6:37 <\"metal-Cu-etta\"> no spectrum and no file is called `metal-Cu-etta`; did you \
          mean `metal-Cu-eta`?\n\
-         error 6:67 <\"my.spd\"> no spectrum and no file is called `my.spd`\n\
+         error 6:66 <\"my.spd\"> no spectrum and no file is called `my.spd`\n\
          error 5:42 <\"sky.exr\"> no image file `sky.exr`\n\
          error 3:35 <\"geometry/ball.plx\"> no mesh file `geometry/ball.plx`; did you mean \
          `geometry/ball.ply`?\n"

@@ -40,9 +40,10 @@ fn spectra_other_than_rgb_are_scaled_to_unit_luminance() {
     // A flat spectrum of 4 has luminance 4.
     assert_near(scale("\"spectrum I\" [ 200 4 900 4 ]"), 0.25);
     assert_near(scale("\"spectrum I\" \"stdillum-D65\" \"float scale\" 7"), 7.0);
-    // The relative luminance of a black body at 6500 K, whose maximum is 1, is a little below 1.
+    // A black body at 6500 K is scaled to a maximum of 1, at 446 nm, where the eye sees little; at
+    // 555 nm it has 0.90.
     let blackbody = scale("\"blackbody I\" 6500");
-    assert!((1.0..1.1).contains(&blackbody), "{blackbody}");
+    assert!((1.1..1.16).contains(&blackbody), "{blackbody}");
     assert_eq!(scale("\"rgb I\" [ 4 4 4 ]"), 1.0);
 }
 
@@ -102,7 +103,7 @@ fn environments_are_equal_area_squares() {
     let s = with_image(text, 8, 4, 1.0);
     assert_eq!(
         messages(&s),
-        "warning 1:55 <\"i.pfm\"> the environment map is twice as wide as high: read as \
+        "warning 1:53 <\"i.pfm\"> the environment map is twice as wide as high: read as \
          latitude-longitude\n"
     );
     // The middle of the map lies along -x of the file's space, +z is up.
@@ -111,10 +112,10 @@ fn environments_are_equal_area_squares() {
     assert_maps(t, [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
     let s = with_image(text, 5, 4, 1.0);
     assert!(messages(&s).starts_with(
-        "error 1:55 <\"i.pfm\"> `i.pfm` is 5 x 4 pixels, an environment map must be square; pbrt-v4"
+        "error 1:53 <\"i.pfm\"> `i.pfm` is 5 x 4 pixels, an environment map must be square; pbrt-v4"
     ));
     let s = with_image(text, 4, 4, f32::INFINITY);
-    assert_eq!(messages(&s), "error 1:55 <\"i.pfm\"> `i.pfm` has infinite or undefined pixels\n");
+    assert_eq!(messages(&s), "error 1:53 <\"i.pfm\"> `i.pfm` has infinite or undefined pixels\n");
 }
 
 #[test]

@@ -32,7 +32,7 @@ fn options_of_v3() {
     assert_eq!(
         messages(&s),
         "note 1:6 <\"image\"> pbrt-v3 film `image` is read as `rgb`\n\
-         note 1:35 <\"float maxsampleluminance\"> pbrt-v3 parameter `maxsampleluminance` is read as \
+         note 1:30 <\"float maxsampleluminance\"> pbrt-v3 parameter `maxsampleluminance` is read as \
          `maxcomponentvalue`\n\
          note 1:14 <\"float scale\"> pbrt-v3 parameter `scale` of the film is read as `iso`\n\
          note 2:17 <\"lowdiscrepancy\"> pbrt-v3 sampler `lowdiscrepancy` is read as `paddedsobol`\n\
