@@ -3,7 +3,7 @@
 
 use crate::bsdf::{
     Bsdf, Conductor, ConductorFresnel, Dielectric, Diffuse, Masking, Microfacet, Model, Null, Part,
-    ThinDielectric,
+    Plastic, PlasticCoat, RoughPlastic, RoughTransmittance, ThinDielectric,
 };
 use crate::description::{
     ConductorColor, IorDesc, MaterialId, MaterialModel, RoughnessDesc, SceneDescription,
@@ -18,7 +18,16 @@ use kaustika_spectra::{ColorMode, Spectrum, Wavelengths};
 #[derive(Debug, Default)]
 pub struct Materials {
     models: Vec<MaterialModel>,
+    /// Tables of each material that has some.
+    coats: Vec<Option<Coat>>,
     masking: Masking,
+}
+
+/// What plastics precompute.
+#[derive(Debug)]
+enum Coat {
+    Smooth(PlasticCoat),
+    Rough(RoughTransmittance),
 }
 
 /// Where on the way down a nest of materials we are.
@@ -93,7 +102,7 @@ impl Hit<'_, '_> {
 
 impl Materials {
     /// Prepares the materials of a description.
-    pub fn new(description: &SceneDescription, _textures: &Textures) -> Materials {
+    pub fn new(description: &SceneDescription, textures: &Textures) -> Materials {
         // Mitsuba multiplies the shadowing of both directions, pbrt correlates their heights.
         let masking = match description.format {
             SourceFormat::Mitsuba3 | SourceFormat::Mitsuba06 => Masking::Separable,
@@ -101,20 +110,21 @@ impl Materials {
         };
         Materials {
             models: description.materials.iter().map(|m| m.model.clone()).collect(),
+            coats: description.materials.iter().map(|m| coat(&m.model, textures)).collect(),
             masking,
         }
     }
 
     /// The scattering of material `id` at a surface; `None` where it is only an interface
     /// between media.
-    pub fn bsdf(
-        &self,
+    pub fn bsdf<'a>(
+        &'a self,
         id: MaterialId,
         textures: &Textures,
         surface: &Surface,
         wo: Vec3,
         lambda: &mut Wavelengths,
-    ) -> Option<Bsdf> {
+    ) -> Option<Bsdf<'a>> {
         if matches!(self.models[id.0 as usize], MaterialModel::Null { counts: false }) {
             return None;
         }
@@ -126,9 +136,9 @@ impl Materials {
         Some(bsdf)
     }
 
-    fn add(&self, id: MaterialId, place: Place, hit: &mut Hit, out: &mut Bsdf) {
+    fn add<'a>(&'a self, id: MaterialId, place: Place, hit: &mut Hit, out: &mut Bsdf<'a>) {
         use MaterialModel as M;
-        let model: Model = match &self.models[id.0 as usize] {
+        let model: Model<'a> = match &self.models[id.0 as usize] {
             M::Mix { a, b, amount } => {
                 let t = hit.float(*amount).clamp(0.0, 1.0);
                 self.add(*a, Place { weight: place.weight * (1.0 - t), ..place }, hit, out);
@@ -190,14 +200,46 @@ impl Materials {
                     transmittance: hit.spectrum(*specular_transmittance),
                 })
             }
+            M::Plastic {
+                diffuse_reflectance, specular_reflectance, nonlinear, roughness, ..
+            } => {
+                let diffuse = hit.spectrum(*diffuse_reflectance);
+                let specular = hit.spectrum(*specular_reflectance);
+                match (&self.coats[id.0 as usize], roughness) {
+                    (Some(Coat::Smooth(coat)), _) => {
+                        Model::Plastic(Plastic::new(*coat, diffuse, specular, *nonlinear))
+                    }
+                    (Some(Coat::Rough(coat)), Some(r)) => {
+                        let surface = hit.microfacet(r, self.masking);
+                        let m = RoughPlastic::new(coat, surface, diffuse, specular, *nonlinear);
+                        Model::RoughPlastic(m)
+                    }
+                    _ => Model::Diffuse(Diffuse { reflectance: diffuse }),
+                }
+            }
             _ => Model::Null(Null),
         };
         out.push(place.part(model, place.weight));
     }
 }
 
+/// The tables of a plastic.
+fn coat(model: &MaterialModel, textures: &Textures) -> Option<Coat> {
+    let MaterialModel::Plastic { ior, roughness, .. } = model else { return None };
+    let Some(r) = roughness else { return Some(Coat::Smooth(PlasticCoat::new(*ior))) };
+    let alpha = |v: f32| if r.remap { v.max(0.0).sqrt() } else { v };
+    let tables = match (textures.constant(r.alpha_u), textures.constant(r.alpha_v)) {
+        (Some(u), Some(v)) => {
+            let surface = Microfacet::new(r.distribution, alpha(u), alpha(v));
+            RoughTransmittance::new(r.distribution, surface.alpha(), *ior)
+        }
+        _ => RoughTransmittance::with_range(r.distribution, 1e-3, 1.0, *ior),
+    };
+    Some(Coat::Rough(tables))
+}
+
 impl Place {
-    fn part(&self, model: Model, weight: f32) -> Part {
+    fn part<'a>(&self, model: Model<'a>, weight: f32) -> Part<'a> {
         let flip = |n: Vec3| if self.back { -n } else { n };
         let frame = if self.back { self.frame.flipped() } else { self.frame };
         Part { frame, guard: self.guard.map(flip), weight, model }

@@ -100,7 +100,7 @@ impl Scene {
     /// The scattering at a surface for light leaving along `wo`. Dispersive materials end the
     /// secondary wavelengths. `None` where the surface is only an interface between media.
     #[inline]
-    pub fn bsdf(&self, s: &Surface, wo: Vec3, lambda: &mut Wavelengths) -> Option<Bsdf> {
+    pub fn bsdf(&self, s: &Surface, wo: Vec3, lambda: &mut Wavelengths) -> Option<Bsdf<'_>> {
         let material = self.shapes[s.shape as usize].material;
         self.materials.bsdf(material, &self.textures, s, wo, lambda)
     }

@@ -109,7 +109,7 @@ impl<'a> Halton<'a> {
         }
     }
 
-    #[inline]
+    #[inline(never)]
     pub(super) fn get_1d(&self, dimension: u32) -> f32 {
         let h = nth(self.pixel_key, dimension);
         let (rotation, _) = halves(h);
@@ -117,7 +117,7 @@ impl<'a> Halton<'a> {
         self.component(dimension, rotation, random)
     }
 
-    #[inline]
+    #[inline(never)]
     pub(super) fn get_2d(&self, dimension: u32) -> Vec2 {
         let h = nth(self.pixel_key, dimension);
         let (rx, ry) = halves(h);

@@ -134,14 +134,14 @@ impl<'a> Pmj02<'a> {
         ((seed >> 16) & (t.sets - 1)) * t.length + (slot & (t.length - 1))
     }
 
-    #[inline]
+    #[inline(never)]
     pub(super) fn get_1d(&self, dimension: u32) -> f32 {
         let h = nth(self.key, dimension);
         let (shift, _) = halves(h);
         unit(self.tables.points[self.entry(h) as usize][0] ^ shift)
     }
 
-    #[inline]
+    #[inline(never)]
     pub(super) fn get_2d(&mut self, dimension: u32) -> Vec2 {
         let h = nth(self.key, dimension);
         let (sx, sy) = halves(h);

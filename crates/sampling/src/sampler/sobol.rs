@@ -55,13 +55,13 @@ impl Sobol {
         self.half_group = None;
     }
 
-    #[inline]
+    #[inline(never)]
     pub(super) fn get_1d(&self, dimension: u32) -> f32 {
         let (shuffle, scramble) = halves(nth(self.key, dimension));
         scrambled(owen_reversed(self.index_reversed, shuffle).reverse_bits(), scramble)
     }
 
-    #[inline]
+    #[inline(never)]
     pub(super) fn get_2d(&mut self, dimension: u32) -> Vec2 {
         let h = nth(self.key, dimension);
         let (x, y) = match self.half_group.take() {

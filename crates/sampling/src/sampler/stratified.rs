@@ -72,7 +72,7 @@ impl<'a> Stratified<'a> {
         Stratified { key: combine(self.key, salt), ..*self }
     }
 
-    #[inline]
+    #[inline(never)]
     pub(super) fn get_1d(&self, dimension: u32) -> f32 {
         let key = nth(self.key, dimension);
         let stratum = permute(self.slot, self.strata.period, key);
@@ -80,7 +80,7 @@ impl<'a> Stratified<'a> {
         ((stratum as f32 + jitter) * self.strata.inv_period).min(ONE_MINUS_EPSILON)
     }
 
-    #[inline]
+    #[inline(never)]
     pub(super) fn get_2d(&self, dimension: u32) -> Vec2 {
         let t = self.strata;
         let key = nth(self.key, dimension);

@@ -75,14 +75,14 @@ impl ZSobol {
         ZSobol { key: combine(self.key, salt), ..*self }
     }
 
-    #[inline]
+    #[inline(never)]
     pub(super) fn get_1d(&self, dimension: u32) -> f32 {
         let h = nth(self.key, dimension);
         let i = owen4_reversed(self.index_reversed, h).reverse_bits();
         scrambled(i as u32, third(h))
     }
 
-    #[inline]
+    #[inline(never)]
     pub(super) fn get_2d(&self, dimension: u32) -> Vec2 {
         let h = nth(self.key, dimension);
         let i = owen4_reversed(self.index_reversed, h).reverse_bits();

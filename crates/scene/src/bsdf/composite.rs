@@ -15,7 +15,7 @@ pub const MAX_PARTS: usize = 8;
 
 /// One model of a hit.
 #[derive(Clone, Copy, Debug)]
-pub struct Part {
+pub struct Part<'a> {
     /// Its frame in world space.
     pub frame: Frame,
     /// The shading normal before a bump or normal map turned it: directions must lie on the
@@ -24,10 +24,10 @@ pub struct Part {
     /// Factor of its value, and its share in sampling.
     pub weight: f32,
     /// The model.
-    pub model: Model,
+    pub model: Model<'a>,
 }
 
-impl Part {
+impl Part<'_> {
     #[inline]
     fn passes_guard(&self, local: Vec3, world: Vec3) -> bool {
         self.guard.is_none_or(|n| n.dot(world) * local.z > 0.0)
@@ -47,29 +47,29 @@ impl Part {
 
 /// How a surface point scatters, in world space. The contract is the module's.
 #[derive(Clone, Debug)]
-pub struct Bsdf {
+pub struct Bsdf<'a> {
     ng: Vec3,
-    parts: ArrayVec<Part, MAX_PARTS>,
+    parts: ArrayVec<Part<'a>, MAX_PARTS>,
     total: f32,
 }
 
-impl Bsdf {
+impl<'a> Bsdf<'a> {
     /// A BSDF without any model yet: it absorbs everything.
     #[inline]
-    pub fn new(ng: Vec3) -> Bsdf {
+    pub fn new(ng: Vec3) -> Bsdf<'a> {
         Bsdf { ng, parts: ArrayVec::new(), total: 0.0 }
     }
 
     /// Adds a model.
     #[inline]
-    pub fn push(&mut self, part: Part) {
+    pub fn push(&mut self, part: Part<'a>) {
         if part.weight > 0.0 && self.parts.try_push(part).is_ok() {
             self.total += part.weight;
         }
     }
 
     /// The models.
-    pub fn parts(&self) -> &[Part] {
+    pub fn parts(&self) -> &[Part<'a>] {
         &self.parts
     }
 

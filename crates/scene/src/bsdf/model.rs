@@ -1,7 +1,8 @@
 //! The closed set of scattering models.
 
 use super::{
-    BsdfSample, Conductor, Dielectric, Diffuse, Lobes, Mode, Null, Scatter, ThinDielectric,
+    BsdfSample, Conductor, Dielectric, Diffuse, Lobes, Mode, Null, Plastic, RoughPlastic, Scatter,
+    ThinDielectric,
 };
 use kaustika_math::{Vec2, Vec3};
 use kaustika_spectra::Spectrum;
@@ -11,12 +12,12 @@ macro_rules! models {
     ($($(#[$doc:meta])* $Name:ident($T:ty)),+ $(,)?) => {
         /// Any scattering model, by value.
         #[derive(Clone, Copy, Debug)]
-        pub enum Model {
+        pub enum Model<'a> {
 
             $($(#[$doc])* $Name($T)),+
         }
 
-        impl Scatter for Model {
+        impl Scatter for Model<'_> {
             #[inline]
             fn eval(&self, wo: Vec3, wi: Vec3, mode: Mode, lobes: Lobes) -> Spectrum {
                 match self { $(Model::$Name(m) => m.eval(wo, wi, mode, lobes)),+ }
@@ -54,6 +55,10 @@ models! {
     Dielectric(Dielectric),
     /// A thin pane.
     ThinDielectric(ThinDielectric),
+    /// Smooth plastic.
+    Plastic(Plastic),
+    /// Rough plastic.
+    RoughPlastic(RoughPlastic<'a>),
     /// Nothing there.
     Null(Null),
 }

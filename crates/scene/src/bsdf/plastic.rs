@@ -7,9 +7,9 @@
 //! P(coat) ∝ F(ωₒ) w,   P(base) ∝ (1 - F(ωₒ)) (1 - w),   w = s/(s + ρ)             (3)
 //! ```
 //!
-//! F̄ᵢ is the coat's reflectance for diffuse light from inside. The linear form keeps the hue of ρ,
-//! as if the light between base and coat met a white base. The model is that of Mitsuba's `plastic` (facts read
-//! in its source); F̄ᵢ is exact here, a fit good to 0.1 % there.
+//! F̄ᵢ is the coat's reflectance for diffuse light from inside. The linear form keeps the hue of
+//! ρ, as if the light between base and coat met a white base. The model is that of Mitsuba's
+//! `plastic` (facts read in its source); F̄ᵢ is exact here, a fit good to 0.1 % there.
 
 use super::fresnel::{fresnel_dielectric, fresnel_diffuse_reflectance};
 use super::{BsdfSample, Lobes, Mode, Scatter};
@@ -62,7 +62,7 @@ pub struct Plastic {
 }
 
 impl Plastic {
-    /// With base colour `diffuse` and factor `specular` of the coat's reflection, both in [0,1].
+    /// With base colour `diffuse` and factor `specular` of the coat's reflection, both in [0, 1].
     #[inline]
     pub fn new(
         coat: PlasticCoat,

@@ -31,7 +31,7 @@ pub struct RoughPlastic<'a> {
 
 impl<'a> RoughPlastic<'a> {
     /// With the coat's tables and facets (the same distribution), base colour `diffuse` and
-    /// factor `specular` of the coat's reflection, both in [0,1].
+    /// factor `specular` of the coat's reflection, both in [0, 1].
     #[inline]
     pub fn new(
         coat: &'a RoughTransmittance,

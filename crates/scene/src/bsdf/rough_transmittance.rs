@@ -18,7 +18,7 @@ use crate::description::Distribution;
 use kaustika_math::{Vec2, Vec3};
 use rayon::prelude::*;
 
-/// Values of μ = cos θ, uniform on [0,1].
+/// Values of μ = cos θ, uniform on [0, 1].
 const NODES: usize = 64;
 /// Roughnesses of a textured coat, uniform in √α.
 const ALPHAS: usize = 16;
@@ -66,8 +66,7 @@ impl RoughTransmittance {
         eta: f32,
     ) -> RoughTransmittance {
         let (first, last) = (alpha_min.max(0.0).sqrt(), alpha_max.max(0.0).sqrt());
-        // Written so that NaN takes this way too.
-        if !(last - first > 1e-3) {
+        if last - first < 1e-3 {
             return RoughTransmittance::new(kind, alpha_min, eta);
         }
         let step = (last - first) / (ALPHAS - 1) as f32;
@@ -102,7 +101,7 @@ impl RoughTransmittance {
         a + at.fraction * (value(&self.rows[at.next]) - a)
     }
 
-    /// T(μ) for light that comes from outside at `cos` in [0,1].
+    /// T(μ) for light that comes from outside at `cos` in [0, 1].
     #[inline]
     pub fn transmittance(&self, at: AlphaIndex, cos: f32) -> f32 {
         let x = cos.clamp(0.0, 1.0) * (NODES - 1) as f32;
@@ -184,7 +183,7 @@ fn integrate(rule: &[(f32, f32)], f: impl Fn(Vec2) -> f32) -> f32 {
     sum
 }
 
-/// Nodes and weights of Gauss and Legendre's rule of `n` points on [0,1]: Newton's iteration on
+/// Nodes and weights of Gauss and Legendre's rule of `n` points on [0, 1]: Newton's iteration on
 /// the polynomial's roots from Tricomi's approximation.
 fn gauss_legendre(n: usize) -> Vec<(f32, f32)> {
     (0..n)

@@ -1,0 +1,78 @@
+//! Path tracing (Kajiya 1986) with light and BSDF sampling combined by multiple importance
+//! sampling (Veach 1997, ch. 9).
+//!
+//! Good at everything that a camera path can find or see directly; bad at caustics from small
+//! lights, which it finds by chance or, from points and directions, not at all.
+
+mod integrate;
+mod params;
+
+pub use integrate::{Integrator, PathSample};
+pub use params::{PathParams, parameters};
+
+use crate::frame::Frame;
+use crate::method::{
+    Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule,
+};
+use crate::workers::Workers;
+use kaustika_film::accumulate::PassImage;
+use kaustika_scene::Scene;
+
+/// What the path tracer is.
+pub static INFO: MethodInfo = MethodInfo {
+    name: "path",
+    summary: "path tracing with next event estimation and multiple importance sampling",
+    path_class: "L(D|S)*E",
+    bias: Bias::Unbiased,
+    schedule: Schedule::Stateless,
+    one_spp: "one camera path a pixel",
+    source: "Kajiya 1986; Veach 1997, ch. 9",
+};
+
+/// Rows of a chunk: small enough to share out, large enough to be worth it.
+const ROWS: u32 = 4;
+
+/// The path tracer.
+#[derive(Debug)]
+pub struct PathTracer {
+    params: PathParams,
+}
+
+impl PathTracer {
+    /// With these parameters.
+    pub fn new(params: PathParams) -> PathTracer {
+        PathTracer { params }
+    }
+}
+
+impl Method for PathTracer {
+    fn info(&self) -> &'static MethodInfo {
+        &INFO
+    }
+
+    fn pass(
+        &mut self,
+        index: u64,
+        scene: &Scene,
+        frame: &Frame,
+        out: &mut PassImage,
+        workers: &Workers,
+    ) -> Result<Commit, RenderError> {
+        let integrator = Integrator::new(scene, frame, &self.params);
+        let bands = workers.bands(out, ROWS, |band| {
+            let mut stats = PassStats::default();
+            let features = band.wants_features();
+            for y in 0..band.height() {
+                for x in 0..band.width() {
+                    let pixel = [frame.region[0] + x, frame.region[1] + band.y + y];
+                    let record = integrator.pixel(pixel, index, features, &mut stats);
+                    band.add(x, y, &record);
+                }
+            }
+            stats
+        })?;
+        let mut stats = PassStats::default();
+        bands.into_iter().for_each(|s| stats += s);
+        Ok(Commit { kind: CommitKind::Average, stats })
+    }
+}

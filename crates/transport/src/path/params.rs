@@ -1,0 +1,85 @@
+//! The path tracer's parameters.
+
+use crate::registry::Parameter;
+use crate::roulette::{Roulette, Survival};
+use kaustika_sampling::MisHeuristic;
+use serde::Deserialize;
+
+/// Everything that can be set with `-p KEY=VALUE`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PathParams {
+    /// Longest path, counted as pbrt does: 0 emission only, 1 direct light; -1 no limit.
+    pub max_depth: i64,
+    /// No Russian roulette before more than this many bounces.
+    pub rr_depth: u32,
+    /// Survival rule.
+    pub roulette: Survival,
+    /// How light and BSDF samples are weighted.
+    #[serde(deserialize_with = "heuristic")]
+    pub mis: MisHeuristic,
+    /// True: lights are not seen directly.
+    pub hide_emitters: bool,
+    /// Only paths of exactly this many bounces, for looking at single terms of the Neumann
+    /// series; -1 all.
+    pub only_depth: i64,
+}
+
+impl Default for PathParams {
+    fn default() -> Self {
+        PathParams {
+            max_depth: -1,
+            rr_depth: 5,
+            roulette: Survival::Throughput,
+            mis: MisHeuristic::default(),
+            hide_emitters: false,
+            only_depth: -1,
+        }
+    }
+}
+
+impl PathParams {
+    /// The roulette these parameters ask for.
+    pub fn roulette(&self) -> Roulette {
+        Roulette { survival: self.roulette, rr_depth: self.rr_depth, q_max: 0.95 }
+    }
+}
+
+fn heuristic<'de, D: serde::Deserializer<'de>>(d: D) -> Result<MisHeuristic, D::Error> {
+    let name = String::deserialize(d)?;
+    name.parse().map_err(|e| serde::de::Error::custom(format!("{e}")))
+}
+
+/// The parameters with their defaults and meanings.
+pub fn parameters() -> Vec<Parameter> {
+    let d = PathParams::default();
+    let p = |key, default: String, help| Parameter { key, default, help };
+    vec![
+        p(
+            "max_depth",
+            d.max_depth.to_string(),
+            "longest path as pbrt counts (0 emission, 1 direct light; -1 no limit); a scene file's own value comes first",
+        ),
+        p(
+            "rr_depth",
+            d.rr_depth.to_string(),
+            "no Russian roulette before more than this many bounces",
+        ),
+        p(
+            "roulette",
+            "throughput".into(),
+            "survival rule: none, throughput (Arvo & Kirk), albedo (Jensen)",
+        ),
+        p(
+            "mis",
+            "power".into(),
+            "balance, power, power:BETA, max, light (light samples alone), bsdf (BSDF samples alone)",
+        ),
+        p("hide_emitters", d.hide_emitters.to_string(), "lights are not seen directly"),
+        p(
+            "only_depth",
+            d.only_depth.to_string(),
+            "only paths of exactly this many bounces; -1 all",
+        ),
+    ]
+}
