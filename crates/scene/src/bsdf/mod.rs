@@ -24,22 +24,31 @@ mod albedo;
 mod conductor;
 mod dielectric;
 mod diffuse;
+mod diffuse_transmission;
 pub mod fresnel;
 mod lobes;
 mod microfacet;
 mod null;
+mod oren_nayar;
+mod phong;
+mod share;
 #[cfg(test)]
 mod testing;
 mod thin_dielectric;
+mod ward;
 
 pub use albedo::microfacet_albedo;
 pub use conductor::{Conductor, ConductorFresnel};
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
+pub use diffuse_transmission::DiffuseTransmission;
 pub use lobes::Lobes;
 pub use microfacet::{Masking, Microfacet};
 pub use null::Null;
+pub use oren_nayar::OrenNayar;
+pub use phong::Phong;
 pub use thin_dielectric::ThinDielectric;
+pub use ward::Ward;
 
 use kaustika_math::{Vec2, Vec3};
 use kaustika_spectra::Spectrum;
