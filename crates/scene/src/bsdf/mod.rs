@@ -31,6 +31,7 @@ mod microfacet;
 mod null;
 mod oren_nayar;
 mod phong;
+mod principled;
 mod share;
 #[cfg(test)]
 mod testing;
@@ -47,6 +48,9 @@ pub use microfacet::{Masking, Microfacet};
 pub use null::Null;
 pub use oren_nayar::OrenNayar;
 pub use phong::Phong;
+pub use principled::{
+    Principled, PrincipledParameters, PrincipledThin, PrincipledThinParameters, eta_from_specular,
+};
 pub use thin_dielectric::ThinDielectric;
 pub use ward::Ward;
 
