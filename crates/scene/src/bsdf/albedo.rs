@@ -16,7 +16,7 @@ use kaustika_math::{Vec2, Vec3};
 use kaustika_spectra::Spectrum;
 use std::sync::OnceLock;
 
-/// Nodes along μ and along √α, both uniform on [0,1].
+/// Nodes along μ and along √α, both uniform on [0, 1].
 const SIZE: usize = 16;
 /// Points of the quadrature along each random number.
 const POINTS: usize = 12;

@@ -30,7 +30,7 @@ pub enum ConductorFresnel {
 }
 
 impl ConductorFresnel {
-    /// The conductor with reflectance `r` in [0,1) at normal incidence (clamped to 0.9999) and a
+    /// The conductor with reflectance `r` in [0, 1) at normal incidence (clamped to 0.9999) and a
     /// real index of 1: k = 2 √r / √(1 - r), pbrt-v4's rule.
     #[inline]
     pub fn from_reflectance(r: Spectrum) -> ConductorFresnel {
@@ -41,7 +41,7 @@ impl ConductorFresnel {
         ConductorFresnel::EtaK { eta: Spectrum::ONE, k }
     }
 
-    /// Reflectance at `cos` in [0,1].
+    /// Reflectance at `cos` in [0, 1].
     #[inline]
     pub fn reflectance(&self, cos: f32) -> Spectrum {
         match *self {
@@ -56,7 +56,7 @@ impl ConductorFresnel {
 pub struct Conductor {
     /// Reflectance of a facet.
     pub fresnel: ConductorFresnel,
-    /// Multiplies it, in [0,1] (`specular_reflectance`).
+    /// Multiplies it, in [0, 1] (`specular_reflectance`).
     pub tint: Spectrum,
     /// Its facets.
     pub surface: Microfacet,

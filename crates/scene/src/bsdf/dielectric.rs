@@ -24,9 +24,9 @@ use kaustika_spectra::Spectrum;
 pub struct Dielectric {
     /// Index below the surface (where z < 0) over that above.
     pub eta: f32,
-    /// Multiplies reflection, in [0,1].
+    /// Multiplies reflection, in [0, 1].
     pub reflectance: Spectrum,
-    /// Multiplies transmission, in [0,1].
+    /// Multiplies transmission, in [0, 1].
     pub transmittance: Spectrum,
     /// Its facets.
     pub surface: Microfacet,

@@ -17,7 +17,7 @@ use kaustika_spectra::Spectrum;
 /// What a dielectric interface does to a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interface {
-    /// Reflectance (4) in [0,1]; 1 under total internal reflection.
+    /// Reflectance (4) in [0, 1]; 1 under total internal reflection.
     pub reflectance: f32,
     /// |cos θₜ| of the refracted ray; 0 under total internal reflection.
     pub cos_t: f32,
@@ -63,7 +63,7 @@ pub fn refract(w: Vec3, n: Vec3, cos_i: f32, cos_t: f32, eta: f32) -> Vec3 {
     n * (cos_i * inv - cos_t) - w * inv
 }
 
-/// Fresnel's equations at a conductor, lane by lane, for `cos_i` in [0,1] (clamped) and the
+/// Fresnel's equations at a conductor, lane by lane, for `cos_i` in [0, 1] (clamped) and the
 /// complex index `eta` + i `k` relative to the outside.
 #[inline]
 pub fn fresnel_conductor(cos_i: f32, eta: Spectrum, k: Spectrum) -> Spectrum {
@@ -84,7 +84,7 @@ pub fn fresnel_conductor(cos_i: f32, eta: Spectrum, k: Spectrum) -> Spectrum {
 }
 
 /// Schlick's approximation F₀ + (1 - F₀)(1 - cos θ)⁵ (Schlick 1994, eq. 15), for `cos_i` in
-/// [0,1].
+/// [0, 1].
 #[inline]
 pub fn fresnel_schlick(cos_i: f32, r0: Spectrum) -> Spectrum {
     let m = (1.0 - cos_i).clamp(0.0, 1.0);

@@ -31,7 +31,10 @@ mod microfacet;
 mod null;
 mod oren_nayar;
 mod phong;
+mod plastic;
 mod principled;
+mod rough_plastic;
+mod rough_transmittance;
 mod share;
 #[cfg(test)]
 mod testing;
@@ -48,9 +51,12 @@ pub use microfacet::{Masking, Microfacet};
 pub use null::Null;
 pub use oren_nayar::OrenNayar;
 pub use phong::Phong;
+pub use plastic::{Plastic, PlasticCoat};
 pub use principled::{
     Principled, PrincipledParameters, PrincipledThin, PrincipledThinParameters, eta_from_specular,
 };
+pub use rough_plastic::RoughPlastic;
+pub use rough_transmittance::{AlphaIndex, RoughTransmittance};
 pub use thin_dielectric::ThinDielectric;
 pub use ward::Ward;
 

@@ -4,6 +4,8 @@
 //! the tests of a model (Šidák 1967): a correct model fails with that probability when its
 //! sampling changes, and not at all while it stays.
 
+mod faults;
+mod mitsuba;
 mod sphere;
 
 use super::{BsdfSample, Lobes, Mode, Scatter};
@@ -60,13 +62,13 @@ impl Random {
         Random { state: mix_bits(seed ^ 0x9e37_79b9_7f4a_7c15) }
     }
 
-    /// Uniform in [0,1).
+    /// Uniform in [0, 1).
     pub fn next_1d(&mut self) -> f32 {
         self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
         (mix_bits(self.state) >> 40) as f32 * (1.0 / (1u64 << 24) as f32)
     }
 
-    /// Uniform in [0,1)².
+    /// Uniform in [0, 1)².
     pub fn next_2d(&mut self) -> Vec2 {
         let x = self.next_1d();
         Vec2::new(x, self.next_1d())
@@ -402,84 +404,4 @@ impl<M: Scatter> Run<'_, M> {
             );
         }
     }
-}
-
-/// A Lambert surface with one fault.
-struct Faulty(Fault);
-
-#[derive(Clone, Copy, PartialEq)]
-enum Fault {
-    None,
-    Density,
-    Value,
-    Reverse,
-    Brighter,
-    Class,
-}
-
-impl Scatter for Faulty {
-    fn eval(&self, wo: Vec3, wi: Vec3, mode: Mode, lobes: Lobes) -> Spectrum {
-        let tilt = if self.0 == Fault::Value { 1.0 + 0.05 * wo.z } else { 1.0 };
-        self.lambert().eval(wo, wi, mode, lobes) * tilt
-    }
-    fn pdf(&self, wo: Vec3, wi: Vec3, mode: Mode, lobes: Lobes) -> (f32, f32) {
-        let (f, r) = self.lambert().pdf(wo, wi, mode, lobes);
-        match self.0 {
-            // Normalised, but 10 % off at the pole.
-            Fault::Density => (f * (1.2 - 0.3 * wi.z), r * (1.2 - 0.3 * wo.z)),
-            Fault::Reverse => (f, f),
-            _ => (f, r),
-        }
-    }
-    fn sample(&self, wo: Vec3, uc: f32, u2: Vec2, mode: Mode, lobes: Lobes) -> Option<BsdfSample> {
-        let mut s = self.lambert().sample(wo, uc, u2, mode, lobes)?;
-        (s.pdf, s.pdf_rev) = self.pdf(wo, s.wi, mode, lobes);
-        s.weight = self.eval(wo, s.wi, mode, lobes) / s.pdf;
-        if self.0 == Fault::Class {
-            s.lobe = Lobes::GLOSSY_REFLECTION;
-        }
-        Some(s)
-    }
-    fn albedo(&self, _: Vec3) -> Spectrum {
-        self.lambert().reflectance
-    }
-    fn roughness(&self) -> f32 {
-        1.0
-    }
-    fn lobes(&self) -> Lobes {
-        Lobes::DIFFUSE_REFLECTION
-    }
-}
-
-impl Faulty {
-    fn lambert(&self) -> super::Diffuse {
-        let rho = if self.0 == Fault::Brighter { 1.1 } else { 0.8 };
-        super::Diffuse { reflectance: Spectrum([rho, 0.5, 0.2, 0.0]) }
-    }
-}
-
-#[test]
-fn lambert_passes() {
-    check_model(
-        "lambert",
-        &Faulty(Fault::None),
-        Expect { albedo_error: 1e-4, ..Expect::default() },
-    );
-}
-
-macro_rules! found {
-    ($($name:ident $fault:ident $message:literal)*) => { $(
-        #[test]
-        #[should_panic(expected = $message)]
-        fn $name() {
-            check_model("faulty", &Faulty(Fault::$fault), Expect::default());
-        }
-    )* };
-}
-found! {
-    wrong_density_is_found Density "chi-square"
-    wrong_value_is_found Value "f and its adjoint"
-    wrong_reverse_density_is_found Reverse "reverse density"
-    gain_is_found Brighter "albedo"
-    wrong_class_is_found Class "wrong class"
 }

@@ -18,9 +18,9 @@ use kaustika_spectra::Spectrum;
 pub struct ThinDielectric {
     /// Index of the glass over that of the surroundings.
     pub eta: f32,
-    /// Multiplies reflection, in [0,1].
+    /// Multiplies reflection, in [0, 1].
     pub reflectance: Spectrum,
-    /// Multiplies transmission, in [0,1].
+    /// Multiplies transmission, in [0, 1].
     pub transmittance: Spectrum,
 }
 

@@ -21,6 +21,8 @@
 //! diffuse part and the sheen come on top of the main reflection, and albedos reach 1.2.
 //! Burley 2012, 2015; facts of the composition from Mitsuba 3.
 
+#[cfg(test)]
+mod mitsuba;
 mod parts;
 mod thin;
 

@@ -1,7 +1,7 @@
 //! The sphere of directions in cells: a partition that follows the density of some points, and
 //! adaptive quadrature over its cells.
 //!
-//! Coordinates: hemisphere (up or down), v = 1 - |cos θ| in [0,1], azimuth φ in [0,2π). The
+//! Coordinates: hemisphere (up or down), v = 1 - |cos θ| in [0, 1], azimuth φ in [0,2π). The
 //! solid angle is dω = dv dφ. v is computed from the sine, so that narrow lobes about the pole
 //! keep their digits in `f32`.
 
@@ -31,7 +31,7 @@ fn direction(up: bool, v: f64, phi: f64) -> Vec3 {
     Vec3::new((r * phi.cos()) as f32, (r * phi.sin()) as f32, z as f32)
 }
 
-/// Nodes and weights of Gauss and Legendre's rule of three points on [0,1].
+/// Nodes and weights of Gauss and Legendre's rule of three points on [0, 1].
 const GAUSS: [(f64, f64); 3] = [
     (0.112_701_665_379_258_3, 5.0 / 18.0),
     (0.5, 8.0 / 18.0),
