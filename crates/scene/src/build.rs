@@ -143,7 +143,8 @@ impl Scene {
         let kind = options.light_selection.or_else(|| {
             description.integrator.light_sampler.as_deref().and_then(|s| s.parse().ok())
         });
-        scene.light_selection = LightSelection::new(kind.unwrap_or_default(), &scene);
+        let kind = kind.unwrap_or_else(|| LightSelectionKind::for_lights(scene.lights.len()));
+        scene.light_selection = LightSelection::new(kind, &scene);
         Ok(scene)
     }
 
