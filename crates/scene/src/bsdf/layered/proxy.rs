@@ -8,11 +8,12 @@
 //! pdf(ωᵢ) = pdf_base(w₁, w₂) cos θᵢ/(η² cos θ₂)                                          (1)
 //! ```
 //!
-//!   through a rough one a lobe as wide: a facet of the base that tilts by δ turns the light
-//!   outside as one of tilt η δ would, one of the coat, passed twice, by (η-1) δ/2 each time:
+//!   through a rough one a lobe as wide as, by Snell's law, small tilts of the facets make it: a
+//!   tilt δ of the base's turns the light outside as one of κ δ would, one of the coat's, which
+//!   is passed twice, by (κ-1) δ/2 each time:
 //!
 //! ```text
-//! α² = η² α_base² + (η-1)² α_coat²/2                                                    (2)
+//! κ = η cos θ₁/cos θₒ,   α² = κ² α_base² + (κ-1)² α_coat²/2                             (2)
 //! ```
 //!
 //! * a cosine, for a matte base and for what was scattered often.
@@ -80,12 +81,13 @@ impl<B: Base> Proxy<'_, B> {
         self.mirror
     }
 
-    /// (2), the base's lobe through a rough coat.
-    fn wide(&self) -> Microfacet {
+    /// (2), the base's lobe through a rough coat, seen from `wo`.
+    fn wide(&self, wo: Vec3) -> Microfacet {
         let alpha = |m: Microfacet| if m.is_smooth() { 0.0 } else { m.alpha() };
-        let eta = self.layered.coat.ior;
+        let coat = &self.layered.coat;
+        let kappa = coat.ior * fresnel_dielectric(wo.z, coat.ior).cos_t / wo.z;
         let base = self.layered.base.facets().map_or(0.0, alpha);
-        let square = sqr(eta * base) + 0.5 * sqr((eta - 1.0) * alpha(self.layered.coat.surface));
+        let square = sqr(kappa * base) + 0.5 * sqr((kappa - 1.0) * alpha(coat.surface));
         let alpha = square.sqrt().clamp(Microfacet::SMOOTH, 1.0);
         Microfacet::new(Distribution::Ggx, alpha, alpha)
     }
@@ -102,7 +104,7 @@ impl<B: Base> Proxy<'_, B> {
                 * if self.layered.is_smooth() {
                     self.through(wo, wi)
                 } else {
-                    self.wide().pdf_reflection(wo, wi, wm).0
+                    self.wide(wo).pdf_reflection(wo, wi, wm).0
                 };
         }
         sum
@@ -133,7 +135,7 @@ impl<B: Base> Proxy<'_, B> {
             return (self.cosine > 0.0).then(|| (warp::cosine_hemisphere(u2), B::CLASS));
         }
         if !self.layered.is_smooth() {
-            return Some((reflect(wo, self.wide().sample_visible(wo, u2)), B::CLASS));
+            return Some((reflect(wo, self.wide(wo).sample_visible(wo, u2)), B::CLASS));
         }
         let (w, _) = self.layered.enter(wo)?;
         let u = uc / self.lobe;

@@ -2,14 +2,16 @@
 //!
 //! A walk enters from one direction; the other one is refracted into the coat once, to w₂, and
 //! every event of the walk is connected to it. At a metallic base under a rough coat the walk's
-//! own next direction is connected too, through the coat's surface, and both techniques are
-//! weighted by the power heuristic (Veach 1997, eq. 9.13).
+//! own next direction is connected too, through the coat's surface, and the first reflection is
+//! also found from the other end. These techniques are weighted by the power heuristic (Veach
+//! 1997, eq. 9.13).
 //!
 //! ```text
 //! β = Π f |cos|/pdf along the walk,  β₂ of the refraction to w₂
 //! scattering  β albedo p(w, w₂) τ(z, w₂) β₂/|cos w₂| · C                                (1)
 //! base        β f_base(w, w₂) τ(thickness, w₂) β₂ · weight                              (2)
 //! through     β τ(thickness, w) f_t(ω_b, w) · weight                                    (3)
+//! from b      β₂ τ(thickness, w₂) β_base τ(thickness, w) f_t(ω_a, w) · weight            (4)
 //! ```
 //!
 //! Between a smooth coat and a mirror nothing connects the paths that leave by reflections only:
@@ -17,7 +19,7 @@
 
 use super::{Base, Layered, geometric};
 use crate::bsdf::fresnel::fresnel_dielectric;
-use crate::bsdf::{Lobes, Mode, Scatter};
+use crate::bsdf::{BsdfSample, Lobes, Mode, Scatter};
 use kaustika_math::{INV_PI, Vec2, Vec3, mix_bits, safe_sqrt, sqr};
 use kaustika_spectra::Spectrum;
 use std::f32::consts::PI;
@@ -38,9 +40,7 @@ pub(super) fn average<B: Base>(layered: &Layered<B>, wo: Vec3, wi: Vec3) -> Spec
         .fold(mix_bits(layered.coat.salt), |h, v| mix_bits(h.rotate_left(5) ^ v as u64));
     let mut numbers = Numbers { state: seed };
     let n = layered.coat.samples;
-    let sum = (0..n).fold(Spectrum::ZERO, |sum, _| {
-        sum + walk(layered, a, b, &mut numbers).unwrap_or(Spectrum::ZERO)
-    });
+    let sum = (0..n).fold(Spectrum::ZERO, |sum, _| sum + walk(layered, a, b, &mut numbers));
     sum / (n as f32 * sqr(layered.coat.ior))
 }
 
@@ -63,24 +63,41 @@ impl Numbers {
     }
 }
 
-/// One walk from `a` to `b`, without 1/η²; `None` if one of them does not get through the coat.
-fn walk<B: Base>(l: &Layered<B>, a: Vec3, b: Vec3, r: &mut Numbers) -> Option<Spectrum> {
-    // Importance mode everywhere: 1/η² is the caller's.
+/// The power heuristic's weight of a density among others.
+#[inline]
+fn power(p: f32, q: f32, r: f32) -> f32 {
+    sqr(p) / (sqr(p) + sqr(q) + sqr(r))
+}
+
+/// Transmittance of matter of this depth along `w`.
+#[inline]
+fn passage(depth: f32, w: Vec3) -> f32 {
+    (-depth / w.z.abs()).exp()
+}
+
+/// One walk from `a` to `b`, without 1/η²: importance mode everywhere.
+fn walk<B: Base>(l: &Layered<B>, a: Vec3, b: Vec3, r: &mut Numbers) -> Spectrum {
     let mode = Mode::Importance;
-    let enter = l.surface.sample(a, 0.5, r.next_2d(), mode, TRANSMISSION)?;
-    let leave = l.surface.sample(b, 0.5, r.next_2d(), mode, TRANSMISSION)?;
-    let up = -leave.wi;
     let thickness = l.coat.thickness;
-    let passage = |depth: f32, w: Vec3| (-depth / w.z.abs()).exp();
     let scatters = !l.coat.albedo.is_black();
     let connects = !l.has_mirror();
     let passes_through = !l.is_smooth() && l.base.facets().is_some();
     let ideal = l.is_smooth() && l.has_mirror();
-    // One round of the way out between coat and mirror, from the coat's surface and back.
-    let round = if ideal { l.mirrored(up) } else { Spectrum::ZERO };
-    let reflected = fresnel_dielectric(b.z, l.coat.ior).reflectance;
 
+    let enter = l.surface.sample(a, 0.5, r.next_2d(), mode, TRANSMISSION);
+    let leave = l.surface.sample(b, 0.5, r.next_2d(), mode, TRANSMISSION);
     let mut value = Spectrum::ZERO;
+    if passes_through && let Some(leave) = leave {
+        value += from_the_end(l, a, &leave, r);
+    }
+    let Some(enter) = enter else { return value };
+    if leave.is_none() && !passes_through {
+        return value;
+    }
+    // One round of the way out between coat and mirror, from the coat's surface and back.
+    let round = leave.filter(|_| ideal).map_or(Spectrum::ZERO, |s| l.mirrored(-s.wi));
+    let round_again = round * fresnel_dielectric(b.z, l.coat.ior).reflectance;
+
     let (mut beta, mut w) = (enter.weight, enter.wi);
     // Depth below the coat's surface.
     let mut z = 0.0;
@@ -101,15 +118,18 @@ fn walk<B: Base>(l: &Layered<B>, a: Vec3, b: Vec3, r: &mut Numbers) -> Option<Sp
             z -= -(1.0 - r.next_1d()).ln() * w.z;
             if z > 0.0 && z < thickness {
                 beta *= l.coat.albedo;
-                let phase = |out: Vec3| henyey_greenstein(w.dot(out), l.coat.g);
-                let mut out = Spectrum::splat(phase(up) * passage(z, up));
-                if ideal {
-                    let rest = l.coat.max_depth - 1 - event;
-                    let down = phase(Vec3::new(up.x, up.y, -up.z)) / passage(z, up);
-                    out = out * geometric(round * reflected, rest / 2 + 1)
-                        + round * geometric(round * reflected, rest.div_ceil(2)) * down;
+                if let Some(leave) = leave {
+                    let up = -leave.wi;
+                    let phase = |out: Vec3| henyey_greenstein(w.dot(out), l.coat.g);
+                    let mut out = Spectrum::splat(phase(up) * passage(z, up));
+                    if ideal {
+                        let rest = l.coat.max_depth - 1 - event;
+                        let down = phase(Vec3::new(up.x, up.y, -up.z)) / passage(z, up);
+                        out = out * geometric(round_again, rest / 2 + 1)
+                            + round * geometric(round_again, rest.div_ceil(2)) * down;
+                    }
+                    value += beta * leave.weight * out / up.z; // (1)
                 }
-                value += beta * leave.weight * out / up.z; // (1)
                 w = sample_henyey_greenstein(w, l.coat.g, r.next_2d());
                 continue;
             }
@@ -126,13 +146,16 @@ fn walk<B: Base>(l: &Layered<B>, a: Vec3, b: Vec3, r: &mut Numbers) -> Option<Sp
             continue;
         }
 
-        // Reflected by the base.
-        let power = |p: f32, q: f32| sqr(p) / (sqr(p) + sqr(q));
-        if connects {
+        // Reflected by the base. Densities below are over that of `enter`; (4) finds only the
+        // first event.
+        let from_end = |p: f32| if event == 0 { p / enter.pdf } else { 0.0 };
+        if let Some(leave) = leave.filter(|_| connects) {
+            let up = -leave.wi;
             let f = l.base.eval(-w, up, mode, Lobes::ALL) / up.z;
             let mut weight = passage(thickness, up);
             if passes_through {
-                weight *= power(leave.pdf, l.base.pdf(-w, up, mode, Lobes::ALL).0);
+                let (forward, reverse) = l.base.pdf(-w, up, mode, Lobes::ALL);
+                weight *= power(leave.pdf, forward, from_end(leave.pdf * reverse));
             }
             value += beta * leave.weight * f * weight; // (2)
         }
@@ -140,14 +163,28 @@ fn walk<B: Base>(l: &Layered<B>, a: Vec3, b: Vec3, r: &mut Numbers) -> Option<Sp
         beta *= s.weight;
         w = s.wi;
         if passes_through {
-            let mut f = l.surface.eval(b, -w, mode, TRANSMISSION) * passage(thickness, w) / w.z;
-            if connects {
-                f *= power(s.pdf, l.surface.pdf(b, -w, mode, TRANSMISSION).0);
-            }
-            value += beta * f; // (3)
+            let f = l.surface.eval(b, -w, mode, TRANSMISSION) * passage(thickness, w) / w.z;
+            let leaves = l.surface.pdf(b, -w, mode, TRANSMISSION).0;
+            let connected = if connects { leaves } else { 0.0 };
+            value += beta * f * power(s.pdf, connected, from_end(leaves * s.pdf_rev)); // (3)
         }
     }
-    Some(value)
+    value
+}
+
+/// (4): the paths of one reflection by the base, from `leave` to `a` through a rough coat.
+fn from_the_end<B: Base>(l: &Layered<B>, a: Vec3, leave: &BsdfSample, r: &mut Numbers) -> Spectrum {
+    let mode = Mode::Importance;
+    let thickness = l.coat.thickness;
+    let s = l.base.sample(-leave.wi, r.next_1d(), r.next_2d(), mode, Lobes::ALL);
+    let Some(s) = s else { return Spectrum::ZERO };
+    let enters = l.surface.pdf(a, -s.wi, mode, TRANSMISSION).0;
+    let connected = if l.has_mirror() { 0.0 } else { enters * leave.pdf };
+    let f = l.surface.eval(a, -s.wi, mode, TRANSMISSION) / s.wi.z;
+    let factor = passage(thickness, leave.wi)
+        * passage(thickness, s.wi)
+        * power(leave.pdf * s.pdf, connected, enters * s.pdf_rev);
+    leave.weight * s.weight * f * factor
 }
 
 /// The phase function for the cosine between directions of travel; ∫ p dω = 1.

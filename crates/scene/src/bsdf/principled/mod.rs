@@ -354,17 +354,22 @@ impl Scatter for Principled {
         let reflected = |r0| microfacet_albedo(&self.surface, r0, up);
         let mirror = reflected(Spectrum::ONE);
         let smooth = fresnel_dielectric(wo.z, self.eta).reflectance;
-        if wo.z <= 0.0 {
-            return mirror * self.base.sqrt().lerp(Spectrum::ONE, smooth) * self.bsdf;
-        }
-        let (plain, main) = if self.eta <= 1.0 {
-            // Total reflection is beyond the tables: as if smooth.
-            (mirror * smooth, mirror * self.main_fresnel(true, wo.z, smooth))
+        // From the denser side total reflection is beyond the tables: as if smooth.
+        let plain = if self.eta_from(wo) > 1.0 {
+            reflected(Spectrum::splat(normal_reflectance(self.eta)))
         } else {
+            mirror * smooth
+        };
+        let passed = self.base.sqrt() * (mirror - plain) * self.bsdf;
+        if wo.z <= 0.0 {
+            return passed + plain * self.bsdf;
+        }
+        let main = if self.eta > 1.0 {
             // Schlick's term (1 - F₀) s belongs to its part only.
             let rest = 1.0 - self.schlick_part;
-            let plain = reflected(Spectrum::splat(normal_reflectance(self.eta)));
-            (plain, plain * rest + reflected(self.schlick) - reflected(Spectrum::ZERO) * rest)
+            plain * rest + reflected(self.schlick) - reflected(Spectrum::ZERO) * rest
+        } else {
+            mirror * self.main_fresnel(true, wo.z, smooth)
         };
         let s = schlick_weight(wo.z);
         let coat = 0.25 * self.clearcoat * (0.04 + 0.96 * s) * ClearCoat::g2(up, up);
@@ -373,7 +378,7 @@ impl Scatter for Principled {
         main + Spectrum::splat(coat)
             + self.base * diffuse
             + sheen * parts::sheen_albedo(wo.z)
-            + self.base.sqrt() * (mirror - plain) * self.bsdf
+            + passed
     }
 
     /// Of the main lobe.
