@@ -182,7 +182,7 @@ impl Group {
             self.triangles.occluded(ray, t_max)
         };
         by_triangle
-            || (!self.quadric_count == 0
+            || (self.quadric_count > 0
                 && self.quadrics.any(ray, t_max, |i, t_max| {
                     let index = self.first_quadric + i;
                     all.quadrics[index as usize].intersect(ray, t_max).is_some_and(|hit| {

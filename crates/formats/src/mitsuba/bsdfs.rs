@@ -199,6 +199,7 @@ impl<'a> Converter<'a> {
             self.out.diagnostics.error(object.span, message);
         } else if u != v {
             self.out.diagnostics.error(object.span, "`alpha_u` and `alpha_v` belong together");
+            object.ignore(&["alpha_u", "alpha_v"]);
         }
         let (alpha_u, alpha_v) = if u && v {
             (self.alpha(object, "alpha_u"), self.alpha(object, "alpha_v"))
@@ -263,11 +264,12 @@ impl<'a> Converter<'a> {
                 self.texture(object, "k", 1.0, Role::Unbounded),
             )
         } else {
-            let Some((eta, k)) = super::metals::by_name(material) else {
+            let Some((eta, k)) = kaustika_spectra::conductor(material) else {
+                let known: Vec<&str> = kaustika_spectra::conductor_names().collect();
                 self.out
                     .diagnostics
                     .error(at.unwrap_or(object.span), format!("unknown metal `{material}`"))
-                    .nearest(material, &super::metals::names());
+                    .nearest(material, &known);
                 return ConductorColor::Mirror;
             };
             let span = at.unwrap_or(object.span);
@@ -366,7 +368,9 @@ impl<'a> Converter<'a> {
         let texture = self.texture_of(object, p, Role::Scalar);
         match &self.out.textures[texture.0 as usize].node {
             TextureNode::Float(eta) => *eta,
-            TextureNode::Spectrum(SpectrumDesc::Constant(eta)) => *eta,
+            TextureNode::Spectrum(SpectrumDesc::Constant(eta) | SpectrumDesc::EqualEnergy(eta)) => {
+                *eta
+            }
             _ => {
                 self.out
                     .diagnostics

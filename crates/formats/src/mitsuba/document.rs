@@ -2,6 +2,7 @@
 
 use kaustika_math::Transform;
 use kaustika_scene::description::Span;
+use kaustika_spectra::SpectrumDesc;
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -86,8 +87,8 @@ impl Kind {
 pub(super) enum SpectrumValue {
     /// The same at every wavelength.
     Uniform(f32),
-    /// Wavelengths in nm, strictly increasing, and one value each.
-    Pairs(Vec<f32>, Vec<f32>),
+    /// Values at wavelengths.
+    Table(SpectrumDesc),
 }
 
 /// The value of a parameter.

@@ -1,12 +1,12 @@
 //! From XML to a [`Document`]: variables, includes, search paths, aliases, ids.
 
 use super::convert::suggest;
-use super::document::{Dialect, Document, Kind, Object, ObjectId, Parameter, Value};
+use super::document::{Dialect, Document, Kind, Object, ObjectId, Value};
+use super::upgrade;
 use super::variables::Variables;
-use super::{upgrade, values};
 use kaustika_scene::description::{Diagnostics, SourceFile, SourceMap, Span};
 use roxmltree::Node;
-use std::cell::{Cell, RefCell};
+use std::cell::RefCell;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
@@ -80,11 +80,12 @@ pub(super) fn parse(path: &Path, defines: &[(String, String)]) -> Parsed {
     }
 }
 
+/// State while files are read.
 pub(super) struct Parser {
-    document: Document,
+    pub(super) document: Document,
     sources: SourceMap,
     pub(super) diagnostics: Diagnostics,
-    variables: Variables,
+    pub(super) variables: Variables,
     /// Files being read, outermost first.
     open: Vec<PathBuf>,
     /// Where ids were given.
@@ -99,7 +100,7 @@ pub(super) struct FileContext {
 }
 
 impl FileContext {
-    fn span(&self, range: std::ops::Range<usize>) -> Span {
+    pub(super) fn span(&self, range: std::ops::Range<usize>) -> Span {
         Span { file: self.file, start: range.start as u32, end: range.end as u32 }
     }
 
@@ -107,28 +108,6 @@ impl FileContext {
     pub(super) fn tag_span(&self, node: Node) -> Span {
         let start = node.range().start;
         self.span(start..start + 1 + node.tag_name().name().len())
-    }
-}
-
-/// An attribute with its variables replaced.
-pub(super) struct Attribute {
-    name: String,
-    pub(super) value: String,
-    pub(super) span: Span,
-}
-
-/// The attributes of an element.
-pub(super) struct Attributes {
-    list: Vec<Attribute>,
-}
-
-impl Attributes {
-    pub(super) fn get(&self, name: &str) -> Option<&Attribute> {
-        self.list.iter().find(|a| a.name == name)
-    }
-
-    fn text(&self, name: &str) -> String {
-        self.get(name).map(|a| a.value.clone()).unwrap_or_default()
     }
 }
 
@@ -293,91 +272,6 @@ impl Parser {
         }
     }
 
-    fn simple_value(&mut self, ctx: &FileContext, node: Node, parent: ObjectId) {
-        let tag = node.tag_name().name();
-        let Some(a) = self.attributes(ctx, node, &["name", "value"], &["intent"]) else { return };
-        let text = a.text("value");
-        let value = match tag {
-            "boolean" => values::boolean(&text).map(Value::Boolean),
-            "integer" => values::integer(&text).map(Value::Integer),
-            "float" => values::number(&text).map(Value::Float),
-            "rgb" => values::color(&text).map(Value::Rgb),
-            "srgb" => values::color(&text).map(|c| Value::Rgb(c.map(values::srgb_to_linear))),
-            _ => Ok(Value::String(text)),
-        };
-        self.set(ctx, node, parent, &a, value);
-    }
-
-    fn vector_value(&mut self, ctx: &FileContext, node: Node, parent: ObjectId) {
-        let Some(a) = self.attributes(ctx, node, &["name"], &["value", "x", "y", "z"]) else {
-            return;
-        };
-        let value = if a.get("value").is_some() {
-            values::triple(&a.text("value"), true)
-        } else {
-            match ["x", "y", "z"].iter().find(|c| a.get(c).is_none()) {
-                Some(missing) => Err(format!("missing attribute `{missing}`")),
-                None => ["x", "y", "z"]
-                    .iter()
-                    .map(|c| values::number(&a.text(c)))
-                    .collect::<Result<Vec<_>, _>>()
-                    .map(|v| [v[0], v[1], v[2]]),
-            }
-        };
-        self.set(ctx, node, parent, &a, value.map(Value::Vector));
-    }
-
-    fn spectrum_value(&mut self, ctx: &FileContext, node: Node, parent: ObjectId) {
-        let optional = ["value", "filename", "intent"];
-        let Some(a) = self.attributes(ctx, node, &["name"], &optional) else { return };
-        let value = match (a.get("value"), a.get("filename")) {
-            (Some(v), None) => self.inline_spectrum(ctx, &v.value),
-            (None, Some(f)) => {
-                let found = self.document_file(ctx.file, &f.value);
-                let text = found
-                    .ok_or_else(|| format!("can't find the spectrum file `{}`", f.value))
-                    .and_then(|path| {
-                        std::fs::read_to_string(&path)
-                            .map_err(|e| format!("can't read `{}`: {e}", path.display()))
-                    });
-                text.and_then(|t| values::spd(&t).map_err(|e| format!("`{}`, {e}", f.value)))
-                    .map(Value::Spectrum)
-            }
-            _ => Err("a spectrum needs either `value` or `filename`".to_string()),
-        };
-        self.set(ctx, node, parent, &a, value);
-    }
-
-    /// One number, pairs, or three numbers: 0.6 was mostly built with three spectral samples,
-    /// which are then linear RGB.
-    fn inline_spectrum(&self, ctx: &FileContext, text: &str) -> Result<Value, String> {
-        let count = values::tokens(text).len();
-        if ctx.dialect == Dialect::V06 && count == 3 && !text.contains(':') {
-            return values::color(text).map(Value::Rgb);
-        }
-        values::spectrum(text).map(Value::Spectrum)
-    }
-
-    fn blackbody_value(&mut self, ctx: &FileContext, node: Node, parent: ObjectId) {
-        let Some(a) = self.attributes(ctx, node, &["name", "temperature"], &["scale"]) else {
-            return;
-        };
-        let text = a.text("temperature");
-        let kelvin = values::number(text.trim().trim_end_matches(['K', 'k']));
-        let scale = a.get("scale").map_or(Ok(1.0), |s| values::number(&s.value));
-        let value = kelvin.and_then(|kelvin| {
-            scale.map(|scale| Value::Blackbody { kelvin: kelvin as f32, scale: scale as f32 })
-        });
-        self.set(ctx, node, parent, &a, value);
-    }
-
-    fn reference(&mut self, ctx: &FileContext, node: Node, parent: ObjectId) {
-        let Some(a) = self.attributes(ctx, node, &["id"], &["name"]) else { return };
-        let value = Value::Reference(a.text("id"));
-        let value_span = a.get("id").map(|id| id.span);
-        self.add(parent, &a.text("name"), value, ctx.tag_span(node), value_span);
-    }
-
     fn alias(&mut self, ctx: &FileContext, node: Node) {
         let Some(a) = self.attributes(ctx, node, &["id", "as"], &[]) else { return };
         let (Some(id), Some(name)) = (a.get("id"), a.get("as")) else { return };
@@ -440,7 +334,7 @@ impl Parser {
     }
 
     /// A file or folder as an element of file `file` names it.
-    fn document_file(&self, file: u32, name: &str) -> Option<PathBuf> {
+    pub(super) fn document_file(&self, file: u32, name: &str) -> Option<PathBuf> {
         super::find::find(&self.document, &self.sources, file, name)
     }
 
@@ -474,101 +368,6 @@ impl Parser {
         }
         self.id_spans.insert(id.to_string(), span);
         self.document.ids.insert(id.to_string(), object);
-    }
-
-    /// Adds the value, or reports why there is none, at the attribute it came from.
-    pub(super) fn set(
-        &mut self,
-        ctx: &FileContext,
-        node: Node,
-        parent: ObjectId,
-        attributes: &Attributes,
-        value: Result<Value, String>,
-    ) {
-        let of = ["value", "filename", "temperature"];
-        let at = of.iter().find_map(|n| attributes.get(n)).map(|a| a.span);
-        match value {
-            Ok(value) => {
-                let name = attributes.text("name");
-                self.warn_if_given(parent, &name, ctx.tag_span(node));
-                self.add(parent, &name, value, ctx.tag_span(node), at);
-            }
-            Err(message) => {
-                self.diagnostics.error(at.unwrap_or(ctx.tag_span(node)), message);
-            }
-        }
-    }
-
-    fn warn_if_given(&mut self, parent: ObjectId, name: &str, span: Span) {
-        if self.document.object(parent).has(name) {
-            self.diagnostics
-                .warning(span, format!("parameter `{name}` is given twice"))
-                .label("this one counts");
-        }
-    }
-
-    pub(super) fn add(
-        &mut self,
-        parent: ObjectId,
-        name: &str,
-        value: Value,
-        span: Span,
-        value_span: Option<Span>,
-    ) {
-        self.document.objects[parent.0].parameters.push(Parameter {
-            name: name.to_string(),
-            written: name.to_string(),
-            value,
-            span,
-            value_span: value_span.unwrap_or(span),
-            used: Cell::new(false),
-        });
-    }
-
-    /// The attributes of an element with variables replaced; `None` if a required one is missing
-    /// or a variable is not defined.
-    pub(super) fn attributes(
-        &mut self,
-        ctx: &FileContext,
-        node: Node,
-        required: &[&str],
-        optional: &[&str],
-    ) -> Option<Attributes> {
-        let tag = node.tag_name().name();
-        let mut list = Vec::new();
-        let mut complete = true;
-        for attribute in node.attributes() {
-            let span = ctx.span(attribute.range_value());
-            let name = attribute.name();
-            if !required.contains(&name) && !optional.contains(&name) {
-                let known: Vec<&str> = required.iter().chain(optional).copied().collect();
-                self.diagnostics
-                    .warning(
-                        ctx.span(attribute.range_qname()),
-                        format!("`<{tag}>` has no attribute `{name}`"),
-                    )
-                    .nearest(name, &known);
-                continue;
-            }
-            match self.variables.substitute(attribute.value()) {
-                Ok(value) => list.push(Attribute { name: name.to_string(), value, span }),
-                Err(variable) => {
-                    let hint = format!("pass `-D {variable}=...` or add a `<default>` above");
-                    self.diagnostics
-                        .error(span, format!("undefined parameter `${variable}`"))
-                        .hint(hint);
-                    complete = false;
-                }
-            }
-        }
-        for name in required {
-            if !node.has_attribute(*name) {
-                self.diagnostics
-                    .error(ctx.tag_span(node), format!("missing attribute `{name}` in `<{tag}>`"));
-                complete = false;
-            }
-        }
-        complete.then_some(Attributes { list })
     }
 
     fn report_unused_defines(&mut self) {

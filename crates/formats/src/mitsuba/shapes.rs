@@ -175,7 +175,12 @@ impl<'a> Converter<'a> {
                 let center = self.vector(object, "center").unwrap_or([0.0; 3]);
                 let geometry =
                     GeometryDesc::Sphere { radius, z_min: -radius, z_max: radius, phi_max: 360.0 };
-                Form { geometry, local: Transform::translate(vec3(center)), mesh: None }
+                // Mitsuba's v is 0 at the north pole, the description's at the south pole.
+                let mut mirror = Transform::IDENTITY;
+                mirror.m[2][2] = -1.0;
+                mirror.inv[2][2] = -1.0;
+                let local = Transform::translate(vec3(center)) * mirror;
+                Form { geometry, local, mesh: None }
             }
             "cylinder" => self.cylinder(object)?,
             _ => {

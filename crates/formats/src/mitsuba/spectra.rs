@@ -23,7 +23,7 @@ impl<'a> Converter<'a> {
         name: &'static str,
         default: f32,
     ) -> Scaled {
-        let fallback = (rgb([default; 3]), 1.0);
+        let fallback = (SpectrumDesc::D65 { scale: default }, 1.0);
         let Some(p) = object.get(name) else { return fallback };
         if let Some(scaled) = self.plain_value(object, p, Role::Illuminant) {
             return scaled;
@@ -60,18 +60,16 @@ impl<'a> Converter<'a> {
     ) -> Option<Scaled> {
         let light = role == Role::Illuminant;
         Some(match &p.value {
-            Value::Float(v) if light => (rgb([*v as f32; 3]), 1.0),
-            Value::Integer(v) if light => (rgb([*v as f32; 3]), 1.0),
+            Value::Float(v) if light => (SpectrumDesc::D65 { scale: *v as f32 }, 1.0),
+            Value::Integer(v) if light => (SpectrumDesc::D65 { scale: *v as f32 }, 1.0),
             Value::Float(v) => (SpectrumDesc::Constant(*v as f32), 1.0),
             Value::Integer(v) => (SpectrumDesc::Constant(*v as f32), 1.0),
             Value::Rgb(c) => (rgb(self.reflectance(object, p, *c, role)), 1.0),
             Value::Spectrum(SpectrumValue::Uniform(v)) if light && old(object) => {
-                (rgb([*v; 3]), 1.0)
+                (SpectrumDesc::D65 { scale: *v }, 1.0)
             }
-            Value::Spectrum(SpectrumValue::Uniform(v)) => (SpectrumDesc::Constant(*v), 1.0),
-            Value::Spectrum(SpectrumValue::Pairs(lambda, values)) => {
-                (sampled(lambda.clone(), values.clone()), 1.0)
-            }
+            Value::Spectrum(SpectrumValue::Uniform(v)) => (SpectrumDesc::EqualEnergy(*v), 1.0),
+            Value::Spectrum(SpectrumValue::Table(desc)) => (desc.clone(), 1.0),
             Value::Blackbody { kelvin, scale } => {
                 (SpectrumDesc::Blackbody { kelvin: *kelvin, normalized: false }, *scale)
             }
@@ -121,7 +119,10 @@ impl<'a> Converter<'a> {
                     return None;
                 }
                 let scale = self.number(object, "scale", 1.0);
-                (rgb(self.color(object, "color").unwrap_or([1.0; 3])), scale)
+                match self.color(object, "color") {
+                    Some(color) => (rgb(color), scale),
+                    None => (SpectrumDesc::D65 { scale }, 1.0),
+                }
             }
             "blackbody" => {
                 object.ignore(&["wavelength_min", "wavelength_max"]);
@@ -174,14 +175,10 @@ impl<'a> Converter<'a> {
             }
             _ => self.number_list(object, "wavelengths"),
         };
-        match values::pairs(lambda, values) {
-            Ok(SpectrumValue::Pairs(lambda, values)) => sampled(lambda, values),
-            Ok(SpectrumValue::Uniform(v)) => SpectrumDesc::Constant(v),
-            Err(message) => {
-                self.out.diagnostics.error(object.span, message);
-                SpectrumDesc::Constant(0.0)
-            }
-        }
+        values::table(&lambda, &values).unwrap_or_else(|message| {
+            self.out.diagnostics.error(object.span, message);
+            SpectrumDesc::Constant(0.0)
+        })
     }
 
     fn number_list(&mut self, object: &'a Object, name: &'static str) -> Vec<f32> {
@@ -193,8 +190,4 @@ impl<'a> Converter<'a> {
             Vec::new()
         })
     }
-}
-
-fn sampled(lambda: Vec<f32>, values: Vec<f32>) -> SpectrumDesc {
-    SpectrumDesc::Sampled { lambda: lambda.into(), values: values.into() }
 }

@@ -2,7 +2,8 @@
 
 use super::document::{ObjectId, Value};
 use super::matrix::{self, Matrix};
-use super::parse::{Attributes, FileContext, Parser};
+use super::parse::{FileContext, Parser};
+use super::properties::Attributes;
 use super::values;
 use kaustika_scene::description::Span;
 use roxmltree::Node;

@@ -57,7 +57,10 @@ impl<'a> Converter<'a> {
     ) -> TextureId {
         match object.get(name) {
             Some(p) => self.texture_of(object, p, role),
-            None if role == Role::Illuminant => self.out.rgb([default; 3]),
+            None if role == Role::Illuminant => {
+                let desc = SpectrumDesc::D65 { scale: default };
+                self.out.add_texture(TextureNode::Spectrum(desc), None)
+            }
             None => self.out.float(default),
         }
     }

@@ -1,6 +1,7 @@
 //! Numbers, lists, colours and spectra as attributes spell them.
 
 use super::document::SpectrumValue;
+use kaustika_spectra::SpectrumDesc;
 
 /// Parts between spaces, commas and line breaks.
 pub(super) fn tokens(text: &str) -> Vec<&str> {
@@ -67,11 +68,6 @@ pub(super) fn color(text: &str) -> Result<[f32; 3], String> {
     triple(text, true).map(|c| c.map(|v| v as f32))
 }
 
-/// The linear value of an sRGB-encoded one (IEC 61966-2-1).
-pub(super) fn srgb_to_linear(v: f32) -> f32 {
-    if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
-}
-
 /// One number, or `wavelength:value` pairs.
 pub(super) fn spectrum(text: &str) -> Result<SpectrumValue, String> {
     let parts = tokens(text);
@@ -89,38 +85,13 @@ pub(super) fn spectrum(text: &str) -> Result<SpectrumValue, String> {
         lambda.push(number(l)? as f32);
         values.push(number(v)? as f32);
     }
-    pairs(lambda, values)
+    table(&lambda, &values).map(SpectrumValue::Table)
 }
 
-/// The lines `wavelength value` of an .spd file; `#` starts a comment.
-pub(super) fn spd(text: &str) -> Result<SpectrumValue, String> {
-    let (mut lambda, mut values) = (Vec::new(), Vec::new());
-    for (index, line) in text.lines().enumerate() {
-        let line = line.split('#').next().unwrap_or_default();
-        let parts = tokens(line);
-        match parts.as_slice() {
-            [] => {}
-            [l, v] => {
-                let at = |e: String| format!("line {}: {e}", index + 1);
-                lambda.push(number(l).map_err(at)? as f32);
-                values.push(number(v).map_err(at)? as f32);
-            }
-            _ => return Err(format!("line {}: expected `wavelength value`", index + 1)),
-        }
-    }
-    pairs(lambda, values)
-}
-
-/// Checks that wavelengths increase.
-pub(super) fn pairs(lambda: Vec<f32>, values: Vec<f32>) -> Result<SpectrumValue, String> {
-    if lambda.len() != values.len() {
-        return Err(format!("{} wavelengths but {} values", lambda.len(), values.len()));
-    }
-    if lambda.len() < 2 {
+/// A piecewise linear spectrum of at least two samples.
+pub(super) fn table(lambda: &[f32], values: &[f32]) -> Result<SpectrumDesc, String> {
+    if lambda.len() == 1 && values.len() == 1 {
         return Err("a spectrum needs at least two wavelengths".to_string());
     }
-    match lambda.windows(2).find(|w| w[1] <= w[0]) {
-        Some(w) => Err(format!("wavelengths must increase, found {} after {}", w[1], w[0])),
-        None => Ok(SpectrumValue::Pairs(lambda, values)),
-    }
+    SpectrumDesc::sampled(lambda, values).map_err(|e| e.to_string())
 }

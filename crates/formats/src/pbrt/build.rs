@@ -8,10 +8,11 @@ use super::param::{ParamType, Text};
 use super::reader::Reader;
 use super::upgrade;
 use kaustika_scene::description::{
-    MaterialId, MaterialModel, MediumDesc, MediumId, SceneDescription, SourceFormat, Span,
-    TextureId, TextureNode,
+    EmissionDesc, MaterialId, MaterialModel, MediumDesc, MediumId, SceneDescription, SourceFile,
+    SourceFormat, Span, TextureId, TextureNode,
 };
 use kaustika_spectra::SpectrumDesc;
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 /// Progress of something that may refer to others of its kind.
@@ -35,9 +36,18 @@ pub(super) struct Builder {
     pub textures: Vec<Slot<TextureId>>,
     pub named_materials: Vec<Slot<MaterialId>>,
     pub materials: Vec<Option<MaterialId>>,
+    /// What each `AreaLightSource` makes shapes emit.
+    pub emissions: Vec<Option<Option<EmissionDesc>>>,
+    /// Definitions that are being built within one another.
+    pub depth: usize,
     default_material: Option<MaterialId>,
+    /// Places of names that were reported as unknown.
+    unknown: HashSet<u64>,
     main: PathBuf,
 }
+
+/// Definitions that may refer to one another in a row.
+pub(super) const MAX_DEPTH: usize = 200;
 
 /// Turns what was read into a description.
 pub(super) fn build(mut reader: Reader) -> SceneDescription {
@@ -61,21 +71,24 @@ pub(super) fn build(mut reader: Reader) -> SceneDescription {
         textures: vec![Slot::Open; scene.textures.len()],
         named_materials: vec![Slot::Open; scene.named_materials.len()],
         materials: vec![None; scene.materials.len()],
+        emissions: vec![None; scene.area_lights.len()],
         desc,
         scene,
         notes: reader.notes,
         images: Images::default(),
+        depth: 0,
         default_material: None,
+        unknown: HashSet::new(),
         main: reader.main,
     };
     b.load_images();
     b.media();
     b.options();
     for i in 0..b.textures.len() {
-        b.texture(i);
+        b.texture(i, b.scene.textures[i].name.span);
     }
     for i in 0..b.named_materials.len() {
-        b.named_material(i);
+        b.named_material(i, b.scene.named_materials[i].name.span);
     }
     for i in 0..b.materials.len() {
         let mut e = std::mem::take(&mut b.scene.materials[i]);
@@ -106,15 +119,13 @@ impl Builder {
 
     /// The file a string parameter names.
     pub fn find_file(&self, name: &Text) -> Option<PathBuf> {
-        let files = &self.desc.sources.files;
-        let current = files.get(name.span.file as usize).and_then(|f| f.path.parent());
-        files::resolve(&name.text, &self.main, current.unwrap_or(Path::new("")))
+        find_file(&self.desc.sources.files, &self.main, name)
     }
 
     /// A spectrum parameter.
     pub fn spectrum(&mut self, e: &mut Entity, name: &'static str) -> Option<SpectrumDesc> {
-        let main = self.main.clone();
-        let resolve = |t: &Text| files::resolve(&t.text, &main, &main);
+        let (files, main) = (&self.desc.sources.files, &self.main);
+        let resolve = |t: &Text| find_file(files, main, t);
         e.params.spectrum(&mut self.desc.diagnostics, name, &resolve)
     }
 
@@ -136,7 +147,7 @@ impl Builder {
         let diag = &mut self.desc.diagnostics;
         let p = e.params.find(diag, name, &[ParamType::Float, ParamType::Texture])?;
         if p.ty == ParamType::Float {
-            let (value, span) = (p.to_float(diag)?, p.span);
+            let (value, span) = (p.number(diag)?, p.span);
             return Some(self.desc.add_texture(TextureNode::Float(value), Some(span)));
         }
         let name = p.strings().first()?.clone();
@@ -173,17 +184,17 @@ impl Builder {
         name: &'static str,
     ) -> Option<TextureId> {
         use ParamType::{Blackbody, Rgb, Spectrum, Texture};
-        let (order, main) = (e.order, self.main.clone());
+        let (files, main) = (&self.desc.sources.files, &self.main);
+        let resolve = |t: &Text| find_file(files, main, t);
         let diag = &mut self.desc.diagnostics;
         let p = e.params.find(diag, name, &[Rgb, Spectrum, Texture, Blackbody])?;
         if p.ty != Texture {
             let span = p.span;
-            let resolve = |t: &Text| files::resolve(&t.text, &main, &main);
-            let spectrum = p.to_spectrum(diag, &resolve)?;
+            let spectrum = p.spectrum(diag, &resolve)?;
             return Some(self.desc.add_texture(TextureNode::Spectrum(spectrum), Some(span)));
         }
-        let name = p.strings().first()?.clone();
-        self.texture_by_name(&NameRef { name, order }, TextureType::Spectrum)
+        let r = NameRef { name: p.strings().first()?.clone(), order: e.order };
+        self.texture_by_name(&r, TextureType::Spectrum)
     }
 
     /// A texture that is the same at every wavelength and everywhere.
@@ -194,10 +205,8 @@ impl Builder {
 
     /// The texture of this name; an error if there is none.
     fn texture_by_name(&mut self, r: &NameRef, ty: TextureType) -> Option<TextureId> {
-        let all = self.scene.textures.iter().enumerate().filter(|(_, t)| t.ty == ty);
-        let same = all.filter(|(_, t)| t.name.text == r.name.text);
-        match last_before(same.map(|(i, t)| (i, t.entity.order)), r.order) {
-            Some(i) => self.texture(i),
+        match self.scene.texture_names[ty as usize].find(&r.name.text, r.order) {
+            Some(i) => self.texture(i, r.name.span),
             None => {
                 self.no_such_texture(r, ty);
                 None
@@ -206,73 +215,70 @@ impl Builder {
     }
 
     fn no_such_texture(&mut self, r: &NameRef, ty: TextureType) {
-        let names = |wanted: TextureType| {
-            let all = self.scene.textures.iter().filter(move |t| t.ty == wanted);
-            all.map(|t| t.name.text.as_str()).collect::<Vec<_>>()
-        };
         let (word, other, other_word) = match ty {
             TextureType::Float => ("float", TextureType::Spectrum, "spectrum"),
             TextureType::Spectrum => ("spectrum", TextureType::Float, "float"),
         };
-        let name = r.name.text.as_str();
-        let hint = if names(other).contains(&name) {
-            Some(format!("there is a {other_word} texture of this name, a {word} one is needed"))
-        } else {
-            super::nearest_name(name, &names(ty)).map(|n| format!("did you mean `{n}`?"))
+        let (name, names) = (r.name.text.as_str(), &self.scene.texture_names);
+        let hint = match names[other as usize].find(name, r.order) {
+            Some(_) => {
+                Some(format!("there is a {other_word} texture of this name, {word} is needed"))
+            }
+            None => names[ty as usize].hint(name),
         };
         let message = format!("no {word} texture is called `{name}`");
         let error = self.desc.diagnostics.error(r.name.span, message);
-        if let Some(hint) = hint {
-            error.hint(hint);
-        }
+        error.hint = hint;
     }
 
     /// The material of this name; an error, and the default one, if there is none.
     pub fn material_by_name(&mut self, r: &NameRef) -> MaterialId {
-        match self.find_named_material(r) {
-            Some(i) => self.named_material(i),
+        match self.scene.material_names.find(&r.name.text, r.order) {
+            Some(i) => self.named_material(i, r.name.span),
             None => {
-                let known: Vec<&str> =
-                    self.scene.named_materials.iter().map(|m| m.name.text.as_str()).collect();
-                let hint = super::nearest_name(&r.name.text, &known);
-                let message = format!("no material is called `{}`", r.name.text);
-                let error = self.desc.diagnostics.error(r.name.span, message);
-                if let Some(near) = hint {
-                    error.hint(format!("did you mean `{near}`?"));
+                // Every shape in its reach would repeat it.
+                if self.unknown.insert(key(r.name.span)) {
+                    let message = format!("no material is called `{}`", r.name.text);
+                    let error = self.desc.diagnostics.error(r.name.span, message);
+                    error.hint = self.scene.material_names.hint(&r.name.text);
                 }
                 self.default_material()
             }
         }
     }
 
-    fn find_named_material(&self, r: &NameRef) -> Option<usize> {
-        let all = self.scene.named_materials.iter().enumerate();
-        let same = all.filter(|(_, m)| m.name.text == r.name.text);
-        last_before(same.map(|(i, m)| (i, m.entity.order)), r.order)
-    }
-
-    /// A named material, by number.
-    pub fn named_material(&mut self, i: usize) -> MaterialId {
+    /// A named material, by number; `from` names it.
+    pub fn named_material(&mut self, i: usize, from: Span) -> MaterialId {
         match self.named_materials[i] {
             Slot::Done(id) => id,
             Slot::Busy => {
                 let name = &self.scene.named_materials[i].name;
                 let message = format!("material `{}` is made of itself", name.text);
-                self.desc.diagnostics.error(name.span, message);
+                self.desc.diagnostics.error(from, message);
+                self.default_material()
+            }
+            Slot::Open if self.depth >= MAX_DEPTH => {
+                self.too_deep(from);
                 self.default_material()
             }
             Slot::Open => {
                 self.named_materials[i] = Slot::Busy;
+                self.depth += 1;
                 let mut e = std::mem::take(&mut self.scene.named_materials[i].entity);
                 let name = self.scene.named_materials[i].name.text.clone();
-                // Orders are compared while others refer to this one.
-                self.scene.named_materials[i].entity.order = e.order;
                 let id = self.material(&mut e, &name);
                 self.scene.named_materials[i].entity.kind = e.kind;
                 self.named_materials[i] = Slot::Done(id);
+                self.depth -= 1;
                 id
             }
         }
+    }
+
+    /// Reports that things refer to one another too often in a row.
+    pub fn too_deep(&mut self, from: Span) {
+        let message = format!("more than {MAX_DEPTH} definitions refer to one another in a row");
+        self.desc.diagnostics.error(from, message);
     }
 
     /// The material a shape refers to, and its kind in the file.
@@ -289,7 +295,7 @@ impl Builder {
             }
             MaterialRef::Named(name) => {
                 let id = self.material_by_name(name);
-                let found = self.find_named_material(name);
+                let found = self.scene.material_names.find(&name.name.text, name.order);
                 let kind = found.map(|i| self.scene.named_materials[i].entity.kind.text.clone());
                 (id, kind.unwrap_or_default())
             }
@@ -337,34 +343,24 @@ impl Builder {
     /// The medium of this name; an error if there is none.
     pub fn medium(&mut self, name: &Option<Text>) -> Option<MediumId> {
         let name = name.as_ref()?;
-        if let Some(i) = self.desc.media.iter().position(|m| m.name == name.text) {
-            return Some(MediumId(i as u32));
-        }
-        let known: Vec<&str> = self.desc.media.iter().map(|m| m.name.as_str()).collect();
-        let near = super::nearest_name(&name.text, &known).map(str::to_string);
+        let found = self.scene.medium_names.find(&name.text, u32::MAX);
         // Every shape in its reach would repeat it.
-        let message = format!("no medium is called `{}`", name.text);
-        let told = self.desc.diagnostics.entries.iter().any(|d| d.span == Some(name.span));
-        if !told {
+        if found.is_none() && self.unknown.insert(key(name.span)) {
+            let message = format!("no medium is called `{}`", name.text);
             let error = self.desc.diagnostics.error(name.span, message);
-            if let Some(near) = near {
-                error.hint(format!("did you mean `{near}`?"));
-            }
+            error.hint = self.scene.medium_names.hint(&name.text);
         }
-        None
+        found.map(|i| MediumId(i as u32))
     }
 }
 
-/// Of definitions (number, order) of one name the last before `order`, or else the first.
-pub(super) fn last_before(
-    definitions: impl Iterator<Item = (usize, u32)>,
-    order: u32,
-) -> Option<usize> {
-    let mut found = None;
-    for (i, o) in definitions {
-        if o < order || found.is_none() {
-            found = Some(i);
-        }
-    }
-    found
+/// The file that a string means, which stands in one of `sources`.
+fn find_file(sources: &[SourceFile], main: &Path, name: &Text) -> Option<PathBuf> {
+    let current = sources.get(name.span.file as usize).and_then(|f| f.path.parent());
+    files::resolve(&name.text, main, current.unwrap_or(Path::new("")))
+}
+
+/// A place as one number.
+fn key(span: Span) -> u64 {
+    (span.file as u64) << 32 | span.start as u64
 }

@@ -1,20 +1,15 @@
 //! The directives of the format (pbrt.org/fileformat-v4).
 
 use super::entity::{
-    ATTRIBUTE_TARGETS, CameraEntity, Entity, InstanceEntity, LightEntity, MaterialRef,
-    MediumEntity, NameRef, NamedMaterialEntity, ObjectEntity, ShapeEntity, TextureEntity,
-    TextureType,
+    CameraEntity, Entity, LightEntity, MaterialRef, MediumEntity, NameRef, NamedMaterialEntity,
+    ShapeEntity, TextureEntity, TextureType,
 };
-use super::files;
 use super::lexer::{Lexer, Token, TokenKind};
-use super::number::scan_f32;
 use super::param::{Params, Text};
-use super::reader::{GivenUp, Open, Reader};
-use super::upgrade;
-use kaustika_math::{Transform, Vec3};
+use super::reader::{GivenUp, Reader};
+use super::{upgrade, upgrade_material};
 use kaustika_scene::description::Span;
 use kaustika_spectra::ColorSpace;
-use std::rc::Rc;
 
 /// All directives; `WorldEnd` is pbrt-v3's.
 pub(super) const DIRECTIVES: &[&str] = &[
@@ -92,7 +87,8 @@ const SPACES: [(&str, ColorSpace); 4] = [
     ("aces2065-1", ColorSpace::Aces2065_1),
 ];
 
-const ANIMATED: &str = "animated transforms are not rendered yet, using the start";
+/// Told where a transform moves.
+pub(super) const ANIMATED: &str = "animated transforms are not rendered yet, using the start";
 
 impl Reader {
     /// Runs the directive that starts with `token`.
@@ -125,7 +121,7 @@ impl Reader {
         match name {
             "AttributeBegin" | "TransformBegin" => self.attribute_begin(name, span),
             "AttributeEnd" | "TransformEnd" => self.attribute_end(name, span),
-            "Attribute" => self.attribute(lexer, span)?,
+            "Attribute" => self.attribute(lexer)?,
             "ActiveTransform" => self.active_transform(lexer)?,
             "ColorSpace" => self.color_space(lexer)?,
             "CoordinateSystem" => {
@@ -213,13 +209,14 @@ impl Reader {
                 self.state.area_light = Some(self.scene.area_lights.len() - 1);
             }
             "Material" => {
-                upgrade::material(&mut e, self);
+                upgrade_material::material(&mut e, self);
                 self.scene.materials.push(e);
                 self.state.material = MaterialRef::Plain(self.scene.materials.len() - 1);
             }
             "MakeNamedMaterial" => {
                 let name = std::mem::take(&mut e.kind);
-                if self.scene.named_materials.iter().any(|m| m.name.text == name.text) {
+                let number = self.scene.named_materials.len();
+                if self.scene.material_names.insert(&name.text, number, self.order) {
                     self.redefined.push((name.clone(), "material"));
                 }
                 match e.params.string(&mut self.diag, "type") {
@@ -233,12 +230,13 @@ impl Reader {
                         e.kind.text = "diffuse".into();
                     }
                 }
-                upgrade::material(&mut e, self);
+                upgrade_material::material(&mut e, self);
                 self.scene.named_materials.push(NamedMaterialEntity { name, entity: e });
             }
             "MakeNamedMedium" => {
                 let name = std::mem::take(&mut e.kind);
-                if self.scene.media.iter().any(|m| m.name.text == name.text) {
+                let number = self.scene.media.len();
+                if self.scene.medium_names.insert(&name.text, number, self.order) {
                     self.redefined.push((name.clone(), "medium"));
                 }
                 self.scene.media.push(MediumEntity { name, entity: e });
@@ -294,7 +292,8 @@ impl Reader {
         let params = Params::new(own, inherited, span, self.state.space);
         let mut entity = Entity { kind, params, span, order: self.order };
         upgrade::texture(&mut entity, ty, self);
-        if self.scene.textures.iter().any(|t| t.ty == ty && t.name.text == name.text) {
+        let number = self.scene.textures.len();
+        if self.scene.texture_names[ty as usize].insert(&name.text, number, self.order) {
             self.redefined.push((name.clone(), "texture"));
         }
         if self.state.ctm[0] != self.state.ctm[1] {
@@ -302,65 +301,6 @@ impl Reader {
         }
         let transform = self.state.ctm[0];
         self.scene.textures.push(TextureEntity { name, ty, entity, transform });
-        Ok(())
-    }
-
-    fn attribute_begin(&mut self, name: &str, span: Span) {
-        if name == "TransformBegin" {
-            let message = "`TransformBegin` is deprecated and read as `AttributeBegin`";
-            self.notes.warning(span, message);
-        }
-        self.stack.push(Open { state: self.state.clone(), object: false, span });
-    }
-
-    fn attribute_end(&mut self, name: &str, span: Span) {
-        match self.stack.pop() {
-            Some(open) if !open.object => self.state = open.state,
-            Some(open) => {
-                let message = format!("`{name}` inside an object; `ObjectEnd` is missing");
-                self.diag.error(span, message);
-                self.stack.push(open);
-            }
-            None => {
-                let begin =
-                    if name == "AttributeEnd" { "AttributeBegin" } else { "TransformBegin" };
-                self.diag.error(span, format!("`{name}` without `{begin}`"));
-            }
-        }
-    }
-
-    fn attribute(&mut self, lexer: &mut Lexer, _span: Span) -> Result<(), GivenUp> {
-        let target = self.string(lexer, "a target such as `shape`")?;
-        let params = self.params(lexer)?;
-        match ATTRIBUTE_TARGETS.iter().position(|t| *t == target.text) {
-            Some(i) => Rc::make_mut(&mut self.state.attributes[i]).extend(params),
-            None => {
-                self.diag
-                    .error(target.span, format!("unknown attribute target `{}`", target.text))
-                    .nearest(&target.text, &ATTRIBUTE_TARGETS);
-            }
-        }
-        Ok(())
-    }
-
-    fn active_transform(&mut self, lexer: &mut Lexer) -> Result<(), GivenUp> {
-        let before = lexer.pos;
-        let token = self.required(lexer, "`All`, `StartTime` or `EndTime`")?;
-        let word = lexer.slice(token.span);
-        self.state.active = match word {
-            "All" => [true, true],
-            "StartTime" => [true, false],
-            "EndTime" => [false, true],
-            _ => {
-                let known = ["All", "StartTime", "EndTime"];
-                let message = format!("expected `All`, `StartTime` or `EndTime`, found `{word}`");
-                self.diag.error(token.span, message).nearest(word, &known);
-                if DIRECTIVES.contains(&word) {
-                    lexer.pos = before;
-                }
-                return Ok(());
-            }
-        };
         Ok(())
     }
 
@@ -378,175 +318,6 @@ impl Reader {
         Ok(())
     }
 
-    fn coord_sys_transform(&mut self, lexer: &mut Lexer) -> Result<(), GivenUp> {
-        let name = self.string(lexer, "the name of a coordinate system")?;
-        if let Some(ctm) = self.systems.get(&name.text) {
-            self.state.ctm = *ctm;
-            return Ok(());
-        }
-        let known: Vec<&str> = self.systems.keys().map(String::as_str).collect();
-        let message = format!("no coordinate system is called `{}`, nothing is changed", name.text);
-        let warning = self.diag.warning(name.span, message);
-        if let Some(near) = super::nearest_name(&name.text, &known) {
-            warning.hint(format!("did you mean `{near}`?"));
-        }
-        Ok(())
-    }
-
-    /// Directives that change the current transform.
-    fn transform(&mut self, lexer: &mut Lexer, name: &str, span: Span) -> Result<(), GivenUp> {
-        let vec = |v: &[f32]| Vec3::new(v[0], v[1], v[2]);
-        let change = match name {
-            "Identity" => Some(Transform::IDENTITY),
-            "Translate" => Some(Transform::translate(vec(&self.numbers::<3>(lexer)?))),
-            "Scale" => {
-                let v = self.numbers::<3>(lexer)?;
-                let scale = Transform::scale(vec(&v));
-                if scale.is_none() {
-                    self.diag
-                        .error(span, format!("`Scale {} {} {}` is singular", v[0], v[1], v[2]))
-                        .hint("no factor may be 0; a very small one flattens too");
-                }
-                scale
-            }
-            "Rotate" => {
-                let v = self.numbers::<4>(lexer)?;
-                let rotation = Transform::rotate(v[0], vec(&v[1..]));
-                if rotation.is_none() {
-                    self.diag.error(span, "the axis of `Rotate` is zero");
-                }
-                rotation
-            }
-            "LookAt" => {
-                let v = self.numbers::<9>(lexer)?;
-                let frame = Transform::look_at(vec(&v), vec(&v[3..]), vec(&v[6..]));
-                if frame.is_none() {
-                    let same = v[..3] == v[3..6];
-                    let what = if same {
-                        "eye and target are the same point"
-                    } else {
-                        "the up vector lies along the viewing direction"
-                    };
-                    self.diag.error(span, format!("`LookAt` is singular: {what}"));
-                }
-                frame.map(|t| t.inverse())
-            }
-            _ => {
-                let v = self.matrix(lexer)?;
-                // Columns come first in the file.
-                let rows = std::array::from_fn(|i| std::array::from_fn(|j| v[4 * j + i]));
-                let t = Transform::from_rows(rows);
-                if t.is_none() {
-                    self.diag.error(span, format!("the matrix of `{name}` is singular"));
-                }
-                t
-            }
-        };
-        let Some(change) = change else { return Ok(()) };
-        for (ctm, active) in self.state.ctm.iter_mut().zip(self.state.active) {
-            if active {
-                *ctm = match name {
-                    "Identity" | "Transform" => change,
-                    _ => *ctm * change,
-                };
-            }
-        }
-        Ok(())
-    }
-
-    /// Sixteen numbers in brackets.
-    fn matrix(&mut self, lexer: &mut Lexer) -> Result<[f32; 16], GivenUp> {
-        self.bracket(lexer, TokenKind::Open, "`[`")?;
-        let m = self.numbers::<16>(lexer)?;
-        self.bracket(lexer, TokenKind::Close, "`]`")?;
-        Ok(m)
-    }
-
-    fn bracket(
-        &mut self,
-        lexer: &mut Lexer,
-        kind: TokenKind,
-        expected: &str,
-    ) -> Result<(), GivenUp> {
-        let before = lexer.pos;
-        let token = self.required(lexer, expected)?;
-        if token.kind == kind {
-            return Ok(());
-        }
-        let found = lexer.slice(token.span);
-        self.diag.error(token.span, format!("expected {expected}, found `{found}`"));
-        lexer.pos = before;
-        Err(GivenUp)
-    }
-
-    /// `N` numbers without brackets.
-    fn numbers<const N: usize>(&mut self, lexer: &mut Lexer) -> Result<[f32; N], GivenUp> {
-        let mut out = [0.0; N];
-        for (i, v) in out.iter_mut().enumerate() {
-            lexer.skip_blank();
-            match scan_f32(lexer.bytes(), lexer.pos) {
-                Some((value, end)) if value.is_finite() => {
-                    *v = value;
-                    lexer.pos = end;
-                }
-                _ => {
-                    let before = lexer.pos;
-                    let token = self.required(lexer, "a number")?;
-                    let found = lexer.slice(token.span);
-                    let message = format!("expected number {} of {N}, found `{found}`", i + 1);
-                    self.diag.error(token.span, message);
-                    lexer.pos = before;
-                    return Err(GivenUp);
-                }
-            }
-        }
-        Ok(out)
-    }
-
-    fn include(&mut self, lexer: &mut Lexer, import: bool) -> Result<(), GivenUp> {
-        let name = self.string(lexer, "a file name")?;
-        let current = self.folder(name.span.file).to_path_buf();
-        let Some(path) = files::resolve(&name.text, &self.main, &current) else {
-            let error = self.diag.error(name.span, format!("no file `{}`", name.text));
-            if let Some(near) = files::nearest_file(&name.text, &self.main) {
-                error.hint(format!("did you mean `{near}`?"));
-            }
-            return Ok(());
-        };
-        if !import {
-            self.read_file(&path, Some(name.span));
-            return Ok(());
-        }
-        // An import has its own copy of the state and leaves ours alone.
-        let (state, depth) = (self.state.clone(), self.stack.len());
-        self.read_file(&path, Some(name.span));
-        while self.stack.len() > depth {
-            let open = self.stack.pop();
-            self.report_open(open);
-        }
-        self.state = state;
-        Ok(())
-    }
-
-    /// Reports a block that was not closed.
-    pub fn report_open(&mut self, open: Option<Open>) {
-        if let Some(open) = open {
-            let name = if open.object { "ObjectBegin" } else { "AttributeBegin" };
-            self.diag.error(open.span, format!("this `{name}` is never closed"));
-        }
-    }
-
-    fn world_begin(&mut self, span: Span) {
-        if self.in_world {
-            self.diag.error(span, "second `WorldBegin`");
-            return;
-        }
-        self.in_world = true;
-        self.state.ctm = [Transform::IDENTITY; 2];
-        self.state.active = [true; 2];
-        self.systems.insert("world".into(), self.state.ctm);
-    }
-
     fn medium_interface(&mut self, lexer: &mut Lexer) -> Result<(), GivenUp> {
         let inside = self.string(lexer, "the name of a medium")?;
         let before = lexer.pos;
@@ -560,50 +331,6 @@ impl Reader {
         let some = |t: Text| (!t.text.is_empty()).then_some(t);
         self.state.inside = some(inside);
         self.state.outside = some(outside);
-        Ok(())
-    }
-
-    fn object_begin(&mut self, lexer: &mut Lexer, span: Span) -> Result<(), GivenUp> {
-        let name = self.string(lexer, "the name of an object")?;
-        if self.object.is_some() {
-            self.diag.error(span, "`ObjectBegin` inside an object");
-            return Ok(());
-        }
-        if self.scene.objects.iter().any(|o| o.name.text == name.text) {
-            self.redefined.push((name.clone(), "object"));
-        }
-        self.stack.push(Open { state: self.state.clone(), object: true, span });
-        self.object = Some(self.scene.objects.len());
-        self.scene.objects.push(ObjectEntity { name, order: self.order, shapes: Vec::new() });
-        Ok(())
-    }
-
-    fn object_end(&mut self, span: Span) {
-        if self.object.take().is_none() {
-            self.diag.error(span, "`ObjectEnd` without `ObjectBegin`");
-            return;
-        }
-        while let Some(open) = self.stack.pop() {
-            if open.object {
-                self.state = open.state;
-                return;
-            }
-            self.report_open(Some(open));
-        }
-    }
-
-    fn object_instance(&mut self, lexer: &mut Lexer, span: Span) -> Result<(), GivenUp> {
-        let name = self.string(lexer, "the name of an object")?;
-        if self.object.is_some() {
-            self.diag.error(span, "`ObjectInstance` inside an object");
-            return Ok(());
-        }
-        if self.state.ctm[0] != self.state.ctm[1] {
-            self.notes.warning(span, ANIMATED);
-        }
-        let object = NameRef { name, order: self.order };
-        let transform = self.state.ctm[0];
-        self.scene.instances.push(InstanceEntity { object, transform, span });
         Ok(())
     }
 

@@ -4,6 +4,7 @@ use super::param::{Param, Params, Text};
 use kaustika_math::Transform;
 use kaustika_scene::description::Span;
 use kaustika_spectra::ColorSpace;
+use std::collections::HashMap;
 use std::rc::Rc;
 
 /// A thing with a kind and parameters: `Directive "kind" "type name" [ ... ]`.
@@ -24,6 +25,33 @@ pub(super) struct Entity {
 pub(super) struct NameRef {
     pub name: Text,
     pub order: u32,
+}
+
+/// Definitions by name: number and order of each, in the order of the files.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Names(HashMap<String, Vec<(usize, u32)>>);
+
+impl Names {
+    /// Adds a definition; true if the name was defined already.
+    pub fn insert(&mut self, name: &str, number: usize, order: u32) -> bool {
+        let definitions = self.0.entry(name.to_string()).or_default();
+        definitions.push((number, order));
+        definitions.len() > 1
+    }
+
+    /// What a name means: its last definition before `order`, or else the first.
+    pub fn find(&self, name: &str, order: u32) -> Option<usize> {
+        let definitions = self.0.get(name)?;
+        let before = definitions.iter().take_while(|(_, o)| *o < order).last();
+        before.or(definitions.first()).map(|(n, _)| *n)
+    }
+
+    /// "Did you mean", if a name is near.
+    pub fn hint(&self, name: &str) -> Option<String> {
+        let mut known: Vec<&str> = self.0.keys().map(String::as_str).collect();
+        known.sort_unstable();
+        super::nearest_name(name, &known).map(|n| format!("did you mean `{n}`?"))
+    }
 }
 
 /// The value type of a texture; each has its own names.
@@ -105,7 +133,6 @@ pub(super) struct ShapeEntity {
 #[derive(Clone, Debug)]
 pub(super) struct ObjectEntity {
     pub name: Text,
-    pub order: u32,
     pub shapes: Vec<ShapeEntity>,
 }
 
@@ -128,13 +155,18 @@ pub(super) struct Entities {
     pub accelerator: Option<Entity>,
     pub seed: Option<i32>,
     pub textures: Vec<TextureEntity>,
+    /// Names of textures by [`TextureType`].
+    pub texture_names: [Names; 2],
     pub materials: Vec<Entity>,
     pub named_materials: Vec<NamedMaterialEntity>,
+    pub material_names: Names,
     pub media: Vec<MediumEntity>,
+    pub medium_names: Names,
     pub lights: Vec<LightEntity>,
     pub area_lights: Vec<Entity>,
     pub shapes: Vec<ShapeEntity>,
     pub objects: Vec<ObjectEntity>,
+    pub object_names: Names,
     pub instances: Vec<InstanceEntity>,
 }
 

@@ -3,7 +3,7 @@
 use super::build::Builder;
 use super::entity::{Entity, NameRef};
 use super::param::ParamType;
-use super::upgrade::OPACITY;
+use super::upgrade_material::OPACITY;
 use kaustika_scene::description::{
     BitmapChannels, BitmapFilter, BitmapTexture, CoatDesc, ConductorColor, Distribution, Encoding,
     IorDesc, MaterialId, MaterialModel, RoughnessDesc, TextureId, TextureMapping, TextureNode,
@@ -154,7 +154,7 @@ impl Builder {
         };
         match p.ty {
             Float => {
-                let (value, span) = (p.to_float(diag)?, p.span);
+                let (value, span) = (p.number(diag)?, p.span);
                 if value < 0.0 {
                     diag.error(span, format!("the index of refraction `{name}` is negative"));
                     return None;

@@ -2,7 +2,7 @@
 //! memory.
 //!
 //! The work is done in two steps. First the files are read and their directives run on the
-//! graphics state; what they make is kept as [`entity::Entities`] with a place for every value.
+//! graphics state; what they make is kept as `entity::Entities` with a place for every value.
 //! Then the entities are turned into a [`SceneDescription`]: names are looked up, images and
 //! meshes are loaded in parallel, defaults are filled in. As in pbrt-v4 a material may name a
 //! texture that is defined behind it.
@@ -11,14 +11,17 @@
 //! place. Facts of format and defaults are pbrt-v4's (mmp/pbrt-v4, `parser.cpp`, `paramdict.cpp`,
 //! `scene.cpp` and the `Create` functions).
 
+mod blocks;
 mod build;
 mod directive;
+mod emission;
 mod entity;
 mod files;
 mod images;
 mod lexer;
 mod lights;
 mod materials;
+mod meshes;
 mod notes;
 mod number;
 mod options;
@@ -29,7 +32,9 @@ mod spectrum;
 #[cfg(test)]
 mod tests;
 mod textures;
+mod transforms;
 mod upgrade;
+mod upgrade_material;
 mod values;
 
 use kaustika_scene::description::{SceneDescription, nearest_name};

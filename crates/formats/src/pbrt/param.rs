@@ -273,7 +273,7 @@ impl Params {
         resolve: &dyn Fn(&Text) -> Option<std::path::PathBuf>,
     ) -> Option<SpectrumDesc> {
         let types = [ParamType::Rgb, ParamType::Spectrum, ParamType::Blackbody];
-        self.find(diag, name, &types)?.to_spectrum(diag, resolve)
+        self.find(diag, name, &types)?.spectrum(diag, resolve)
     }
 
     /// Warns of parameters that no look-up asked for; `what` says whose they are.
@@ -349,12 +349,12 @@ impl Param {
     }
 
     /// The number, if it is a single `float`.
-    pub fn to_float(&mut self, diag: &mut Diagnostics) -> Option<f32> {
+    pub fn number(&mut self, diag: &mut Diagnostics) -> Option<f32> {
         self.single(diag).map(|v| v[0])
     }
 
     /// The spectrum that an `rgb`, `spectrum` or `blackbody` parameter means.
-    pub fn to_spectrum(
+    pub fn spectrum(
         &mut self,
         diag: &mut Diagnostics,
         resolve: &dyn Fn(&Text) -> Option<std::path::PathBuf>,

@@ -1,4 +1,4 @@
-//! `Shape`, `AreaLightSource` and instances (pbrt-v4, shapes.cpp, util/mesh.cpp, lights.cpp).
+//! `Shape` and `ObjectInstance` (pbrt-v4, shapes.cpp, util/mesh.cpp).
 //!
 //! Which side is the front: pbrt crosses the edges of a triangle in world space and turns the
 //! normal around if `ReverseOrientation` and the mirroring of the transform are not both on or
@@ -13,17 +13,13 @@
 
 use super::build::Builder;
 use super::entity::{Entity, ShapeEntity};
-use super::param::{ParamType, Text};
-use super::spectrum::unit_luminance;
+use super::meshes::face_normals;
+use super::param::Text;
 use crate::resources::{self, MeshRequest, NormalMode};
-use kaustika_math::{Transform, Vec3};
 use kaustika_scene::description::{
-    BitmapChannels, BitmapFilter, BitmapTexture, EmissionDesc, GeometryDesc, GroupDesc, GroupId,
-    InstanceDesc, ShapeDesc, TextureMapping, TextureNode, TriMesh, Wrap,
+    GeometryDesc, GroupDesc, GroupId, InstanceDesc, ShapeDesc, TextureId, TextureNode, TriMesh,
 };
-use kaustika_spectra::{ColorSpace, SpectrumDesc};
 use std::collections::HashMap;
-use std::f32::consts::PI;
 use std::sync::Arc;
 
 const KINDS: [&str; 8] = [
@@ -63,9 +59,7 @@ impl Builder {
                 self.desc.shapes.push(shape);
             }
         }
-        let mut orders = Vec::new();
         for (g, object) in std::mem::take(&mut self.scene.objects).into_iter().enumerate() {
-            orders.push(object.order);
             let name = object.name.text;
             self.desc.groups.push(GroupDesc { name, shapes: Vec::new() });
             for s in object.shapes {
@@ -74,7 +68,7 @@ impl Builder {
                 }
             }
         }
-        self.instances(&orders);
+        self.instances();
         self.load_meshes(meshes);
         for group in std::iter::once(&mut self.desc.shapes)
             .chain(self.desc.groups.iter_mut().map(|g| &mut g.shapes))
@@ -84,28 +78,18 @@ impl Builder {
         self.powers();
     }
 
-    fn instances(&mut self, orders: &[u32]) {
+    fn instances(&mut self) {
         for i in std::mem::take(&mut self.scene.instances) {
-            let groups = self.desc.groups.iter().zip(orders).enumerate();
-            let same = groups.filter(|(_, (g, _))| g.name == i.object.name.text);
-            let definitions = same.map(|(n, (_, order))| (n, *order));
-            match super::build::last_before(definitions, i.object.order) {
+            let (name, names) = (&i.object.name, &self.scene.object_names);
+            match names.find(&name.text, i.object.order) {
                 Some(g) => {
                     let group = GroupId(g as u32);
                     let span = Some(i.span);
                     self.desc.instances.push(InstanceDesc { group, transform: i.transform, span });
                 }
                 None => {
-                    let name = &i.object.name;
-                    let known: Vec<&str> =
-                        self.desc.groups.iter().map(|g| g.name.as_str()).collect();
-                    let near = super::nearest_name(&name.text, &known);
-                    let hint = near.map(|n| format!("did you mean `{n}`?"));
                     let message = format!("no object is called `{}`", name.text);
-                    let error = self.desc.diagnostics.error(name.span, message);
-                    if let Some(hint) = hint {
-                        error.hint(hint);
-                    }
+                    self.desc.diagnostics.error(name.span, message).hint = names.hint(&name.text);
                 }
             }
         }
@@ -155,7 +139,7 @@ impl Builder {
     }
 
     /// `alpha`, unless it is the number 1 or more.
-    fn alpha(&mut self, e: &mut Entity) -> Option<kaustika_scene::description::TextureId> {
+    fn alpha(&mut self, e: &mut Entity) -> Option<TextureId> {
         let id = self.float_texture_or_none(e, "alpha")?;
         match self.desc.textures[id.0 as usize].node {
             TextureNode::Float(a) if a >= 1.0 => None,
@@ -202,13 +186,7 @@ impl Builder {
                 Some(GeometryDesc::Cylinder { radius, z_min: a.min(b), z_max: a.max(b), phi_max })
             }
             "trianglemesh" => self.triangle_mesh(e),
-            "loopsubdiv" => {
-                p.int(diag, "levels", 3);
-                p.string(diag, "scheme");
-                let message = "shape `loopsubdiv` is not subdivided, its control mesh is used";
-                self.notes.warning(e.kind.span, message);
-                self.triangle_mesh(e)
-            }
+            "loopsubdiv" => self.control_mesh(e),
             "bilinearmesh" => self.bilinear_mesh(e),
             "plymesh" => self.ply_mesh(e, group, meshes),
             "curve" => {
@@ -233,89 +211,6 @@ impl Builder {
         let message = format!("the radius of the {} must be above 0, not {radius}", e.kind.text);
         self.desc.diagnostics.error(e.params.place("radius"), message);
         None
-    }
-
-    fn triangle_mesh(&mut self, e: &mut Entity) -> Option<GeometryDesc> {
-        let (positions, corners) = self.corners::<3>(e)?;
-        let n = positions.len();
-        let diag = &mut self.desc.diagnostics;
-        let p = &mut e.params;
-        let uvs = p.points2(diag, "uv").unwrap_or_default();
-        let normals = p.triples(diag, "N", ParamType::Normal).unwrap_or_default();
-        // Tangents are made from uv; face numbers serve ptex only.
-        p.triples(diag, "S", ParamType::Vector3);
-        p.ints(diag, "faceIndices");
-        let uvs = self.per_vertex(e, "uv", uvs, n);
-        let normals = self.per_vertex(e, "N", normals, n);
-        let mesh = TriMesh { positions, normals, uvs, indices: corners, attributes: Vec::new() };
-        Some(GeometryDesc::Mesh(face_normals(Arc::new(mesh))))
-    }
-
-    fn bilinear_mesh(&mut self, e: &mut Entity) -> Option<GeometryDesc> {
-        let (positions, indices) = self.corners::<4>(e)?;
-        let n = positions.len();
-        let diag = &mut self.desc.diagnostics;
-        let p = &mut e.params;
-        let uvs = p.points2(diag, "uv").unwrap_or_default();
-        let normals = p.triples(diag, "N", ParamType::Normal).unwrap_or_default();
-        p.ints(diag, "faceIndices");
-        // Only says how pbrt samples the patch as a light.
-        p.string(diag, "emissionfilename");
-        let uvs = self.per_vertex(e, "uv", uvs, n);
-        let normals = self.per_vertex(e, "N", normals, n);
-        Some(GeometryDesc::BilinearPatches { positions, indices, normals, uvs })
-    }
-
-    /// `P` and `indices`, `N` a face.
-    fn corners<const N: usize>(&mut self, e: &mut Entity) -> Option<(Vec<Vec3>, Vec<[u32; N]>)> {
-        let diag = &mut self.desc.diagnostics;
-        let p = &mut e.params;
-        let positions = p.triples(diag, "P", ParamType::Point3);
-        let indices = p.ints(diag, "indices");
-        let Some(positions) = positions else {
-            if !p.has("P") {
-                let message = format!("shape `{}` needs \"point3 P\"", e.kind.text);
-                diag.error(e.kind.span, message);
-            }
-            p.ignore_rest();
-            return None;
-        };
-        let indices = match indices {
-            Some(i) => i,
-            None if p.has("indices") => return None,
-            // A single face needs none.
-            None if positions.len() == N => (0..N as i32).collect(),
-            None => {
-                let message = format!("shape `{}` needs \"integer indices\"", e.kind.text);
-                diag.error(e.kind.span, message);
-                p.ignore_rest();
-                return None;
-            }
-        };
-        let rest = indices.len() % N;
-        if rest != 0 {
-            let message =
-                format!("{} indices are no multiple of {N}, {rest} ignored", indices.len());
-            diag.warning(p.place("indices"), message);
-        }
-        if let Some(bad) = indices.iter().find(|&&i| i < 0 || i as usize >= positions.len()) {
-            let message =
-                format!("index {bad} is out of range, `P` has {} points", positions.len());
-            diag.error(p.place("indices"), message);
-            return None;
-        }
-        let faces = indices.chunks_exact(N).map(|c| std::array::from_fn(|i| c[i] as u32)).collect();
-        Some((positions, faces))
-    }
-
-    /// Values on vertices, dropped with a warning if their number is wrong.
-    fn per_vertex<T>(&mut self, e: &Entity, name: &str, values: Vec<T>, n: usize) -> Vec<T> {
-        if values.is_empty() || values.len() == n {
-            return values;
-        }
-        let message = format!("{} values of `{name}` for {n} points are ignored", values.len());
-        self.desc.diagnostics.warning(e.params.place(name), message);
-        Vec::new()
     }
 
     /// A mesh file: an empty mesh until all are loaded.
@@ -375,198 +270,5 @@ impl Builder {
                 Err(_) => {}
             }
         }
-    }
-
-    /// What an `AreaLightSource` makes a shape emit.
-    fn emission_of(&mut self, light: usize) -> Option<EmissionDesc> {
-        // Every shape in its reach asks again, so the entity stays.
-        let mut e = self.scene.area_lights[light].clone();
-        let emission = self.area_light(&mut e);
-        if emission.is_some() {
-            let what = format!("area light `{}`", e.kind.text);
-            e.params.report_unused(&mut self.desc.diagnostics, &what);
-        }
-        // Messages come once.
-        let mut silent = e;
-        silent.params.ignore_rest();
-        self.scene.area_lights[light].params.own.clone_from(&silent.params.own);
-        emission
-    }
-
-    fn area_light(&mut self, e: &mut Entity) -> Option<EmissionDesc> {
-        if e.kind.text != "diffuse" {
-            let message = format!("unknown area light `{}`", e.kind.text);
-            let told = self.desc.diagnostics.entries.iter().any(|d| d.span == Some(e.kind.span));
-            if !told {
-                let known = ["diffuse"];
-                self.desc.diagnostics.error(e.kind.span, message).nearest(&e.kind.text, &known);
-            }
-            return None;
-        }
-        let spectrum = self.spectrum(e, "L");
-        let diag = &mut self.desc.diagnostics;
-        let mut scale = e.params.float(diag, "scale", 1.0);
-        let two_sided = e.params.boolean(diag, "twosided", false);
-        let power = e.params.float_or_none(diag, "power").filter(|p| *p > 0.0);
-        let filename = e.params.string(diag, "filename");
-        let mut mean = 1.0;
-        let node = if let Some(name) = filename {
-            if spectrum.is_some() {
-                let message = "an area light has `L` or `filename`, not both";
-                self.desc.diagnostics.error(e.params.place("L"), message);
-                return None;
-            }
-            let bitmap = self.light_image(&name)?;
-            if power.is_some() {
-                mean = super::images::mean(&bitmap, |x, y| super::images::luminance(&bitmap, x, y));
-            }
-            TextureNode::Bitmap(BitmapTexture {
-                bitmap,
-                channels: BitmapChannels::Color,
-                filter: BitmapFilter::Bilinear,
-                wrap: [Wrap::Clamp; 2],
-                mapping: TextureMapping::default(),
-                scale: 1.0,
-                invert: false,
-                raw: false,
-                space: ColorSpace::Srgb,
-            })
-        } else {
-            let white = SpectrumDesc::Rgb { rgb: [1.0; 3], space: e.params.space };
-            let spectrum = spectrum.unwrap_or(white);
-            scale *= unit_luminance(&spectrum);
-            TextureNode::Spectrum(spectrum)
-        };
-        let radiance = self.desc.add_texture(node, Some(e.params.place("L")));
-        // Divided by the area and the sides once the meshes are there.
-        let power = power.map(|p| if mean > 0.0 { p / mean } else { 0.0 });
-        Some(EmissionDesc { radiance, scale, power, two_sided, span: Some(e.span) })
-    }
-
-    /// Turns `power` into a factor of `scale`: radiance = power / (area π sides). pbrt's lights
-    /// are single triangles or patches, each of which emits `power`; where their areas differ we
-    /// give all the same radiance.
-    fn powers(&mut self) {
-        for s in self.desc.shapes.iter_mut() {
-            let Some(emission) = &mut s.emission else { continue };
-            let Some(power) = emission.power.take() else { continue };
-            let (area, count, equal) = area(&s.geometry, &s.transform);
-            let sides = if emission.two_sided { 2.0 } else { 1.0 };
-            emission.scale *= power * count as f32 / (area * PI * sides);
-            if !emission.scale.is_finite() {
-                emission.scale = 0.0;
-            }
-            if !equal {
-                let message = "pbrt gives `power` to each triangle; all shine equally here";
-                self.notes.warning(emission.span.unwrap_or_default(), message);
-            }
-        }
-    }
-}
-
-/// Area as pbrt finds it (quadrics: in object space), the number of pbrt's shapes, and whether
-/// they are all of the same area.
-fn area(geometry: &GeometryDesc, t: &Transform) -> (f32, usize, bool) {
-    match geometry {
-        GeometryDesc::Mesh(m) => {
-            let corner = |i: u32| t.point(m.positions[i as usize]);
-            sum(m.indices.iter().map(|&[a, b, c]| {
-                let (a, b, c) = (corner(a), corner(b), corner(c));
-                0.5 * (b - a).cross(c - a).length()
-            }))
-        }
-        GeometryDesc::BilinearPatches { positions, indices, .. } => {
-            let corner = |i: u32| t.point(positions[i as usize]);
-            sum(indices.iter().map(|&[a, b, c, d]| patch_area([a, b, c, d].map(corner))))
-        }
-        GeometryDesc::Sphere { radius, z_min, z_max, phi_max } => {
-            (phi_max.to_radians() * radius * (z_max - z_min), 1, true)
-        }
-        GeometryDesc::Disk { radius, inner_radius, phi_max, .. } => {
-            let rings = radius * radius - inner_radius * inner_radius;
-            (phi_max.to_radians() * 0.5 * rings, 1, true)
-        }
-        GeometryDesc::Cylinder { radius, z_min, z_max, phi_max } => {
-            ((z_max - z_min) * radius * phi_max.to_radians(), 1, true)
-        }
-        GeometryDesc::Rectangle => (4.0, 1, true),
-        GeometryDesc::Cube => (24.0, 1, true),
-    }
-}
-
-fn sum(areas: impl Iterator<Item = f32> + Clone) -> (f32, usize, bool) {
-    let (min, max) = areas.clone().fold((f32::INFINITY, 0f32), |(l, h), a| (l.min(a), h.max(a)));
-    let total: f64 = areas.clone().map(|a| a as f64).sum();
-    (total as f32, areas.count(), max - min <= 1e-3 * max)
-}
-
-/// Area of a bilinear patch with corners p00, p10, p01, p11, by small quadrilaterals.
-fn patch_area([p00, p10, p01, p11]: [Vec3; 4]) -> f32 {
-    const N: usize = 8;
-    let p = |i: usize, j: usize| {
-        let (u, v) = (i as f32 / N as f32, j as f32 / N as f32);
-        p00.lerp(p10, u).lerp(p01.lerp(p11, u), v)
-    };
-    let cells = (0..N).flat_map(|i| (0..N).map(move |j| (i, j)));
-    let areas = cells.map(|(i, j)| {
-        let diagonals = (p(i + 1, j + 1) - p(i, j)).cross(p(i, j + 1) - p(i + 1, j));
-        0.5 * diagonals.length()
-    });
-    areas.sum()
-}
-
-/// The mesh with every triangle's corners in the order that makes its front face its shading
-/// normals; the same mesh if all are, or if it has no normals.
-fn face_normals(mesh: Arc<TriMesh>) -> Arc<TriMesh> {
-    if mesh.normals.len() != mesh.positions.len() {
-        return mesh;
-    }
-    let away = |m: &TriMesh, &[a, b, c]: &[u32; 3]| {
-        let p = |i: u32| m.positions[i as usize];
-        let n = |i: u32| m.normals[i as usize];
-        (p(b) - p(a)).cross(p(c) - p(a)).dot(n(a) + n(b) + n(c)) < 0.0
-    };
-    if !mesh.indices.iter().any(|t| away(&mesh, t)) {
-        return mesh;
-    }
-    let mut turned = Arc::unwrap_or_clone(mesh);
-    let mut indices = std::mem::take(&mut turned.indices);
-    for t in indices.iter_mut().filter(|t| away(&turned, t)) {
-        t.swap(1, 2);
-    }
-    turned.indices = indices;
-    Arc::new(turned)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn triangles_are_turned_to_their_normals_and_others_stay() {
-        let positions = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
-        let mut mesh = TriMesh { positions, indices: vec![[0, 1, 2]], ..TriMesh::default() };
-        let plain = Arc::new(mesh.clone());
-        assert!(Arc::ptr_eq(&face_normals(plain.clone()), &plain));
-        mesh.normals = vec![-Vec3::Z; 3];
-        assert_eq!(face_normals(Arc::new(mesh.clone())).indices, [[0, 2, 1]]);
-        mesh.normals = vec![Vec3::Z; 3];
-        let right = Arc::new(mesh);
-        assert!(Arc::ptr_eq(&face_normals(right.clone()), &right));
-    }
-
-    #[test]
-    fn areas_are_those_of_pbrt() {
-        let corners = [Vec3::ZERO, Vec3::X * 2.0, Vec3::Y * 3.0, Vec3::new(2.0, 3.0, 0.0)];
-        assert!((patch_area(corners) - 6.0).abs() < 1e-4);
-        let double = Transform::scale(Vec3::splat(2.0)).unwrap();
-        let ball = GeometryDesc::Sphere { radius: 1.0, z_min: -1.0, z_max: 1.0, phi_max: 360.0 };
-        assert!((area(&ball, &double).0 - 4.0 * PI).abs() < 1e-4);
-        let mesh = TriMesh {
-            positions: vec![Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y],
-            indices: vec![[0, 1, 2], [0, 2, 3]],
-            ..TriMesh::default()
-        };
-        assert_eq!(area(&GeometryDesc::Mesh(Arc::new(mesh)), &double), (4.0, 2, true));
     }
 }

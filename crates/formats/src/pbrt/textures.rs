@@ -1,11 +1,11 @@
 //! `Texture`: kinds and their parameters (pbrt-v4, textures.cpp).
 
-use super::build::{Builder, Slot};
+use super::build::{Builder, MAX_DEPTH, Slot};
 use super::entity::{Entity, TextureEntity, TextureType};
 use kaustika_math::{Affine2, Transform, Vec3};
 use kaustika_scene::description::{
-    BitmapChannels, BitmapFilter, BitmapTexture, Encoding, NoiseKind, TextureId, TextureMapping,
-    TextureNode, Wrap,
+    BitmapChannels, BitmapFilter, BitmapTexture, Encoding, NoiseKind, Span, TextureId,
+    TextureMapping, TextureNode, Wrap,
 };
 use kaustika_spectra::ColorSpace;
 
@@ -37,23 +37,27 @@ const SPECTRUM_KINDS: [&str; 10] = [
 ];
 
 impl Builder {
-    /// The texture of this number; `None` if it is faulty, which is reported.
-    pub fn texture(&mut self, i: usize) -> Option<TextureId> {
+    /// The texture of this number, named at `from`; `None` if it is faulty, which is reported.
+    pub fn texture(&mut self, i: usize, from: Span) -> Option<TextureId> {
         match self.textures[i] {
             Slot::Done(id) => return Some(id),
             Slot::Busy => {
                 let name = &self.scene.textures[i].name;
                 let message = format!("texture `{}` is made of itself", name.text);
-                self.desc.diagnostics.error(name.span, message);
+                self.desc.diagnostics.error(from, message);
+                return None;
+            }
+            Slot::Open if self.depth >= MAX_DEPTH => {
+                self.too_deep(from);
                 return None;
             }
             Slot::Open => self.textures[i] = Slot::Busy,
         }
-        let order = self.scene.textures[i].entity.order;
+        self.depth += 1;
         let entity = std::mem::take(&mut self.scene.textures[i].entity);
-        self.scene.textures[i].entity.order = order;
         let mut t = TextureEntity { entity, ..self.scene.textures[i].clone() };
         let id = self.build_texture(&mut t);
+        self.depth -= 1;
         let what = format!("texture `{}`", t.entity.kind.text);
         t.entity.params.report_unused(&mut self.desc.diagnostics, &what);
         let id = id.unwrap_or_else(|| self.desc.float(0.5));

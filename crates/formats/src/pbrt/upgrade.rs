@@ -9,26 +9,23 @@ use super::param::{Param, ParamType, Params, Text, Values};
 use super::reader::Reader;
 use kaustika_scene::description::Span;
 
-/// Name under which `uber`'s opacity is handed on; no file can write it.
-pub(super) const OPACITY: &str = "v3 opacity";
-
 impl Params {
     fn position(&self, name: &str, ty: ParamType) -> Option<usize> {
         self.own.iter().rposition(|p| p.name == name && p.ty == ty)
     }
 
-    fn remove(&mut self, name: &str, ty: ParamType) -> Option<Param> {
+    pub(super) fn remove(&mut self, name: &str, ty: ParamType) -> Option<Param> {
         self.position(name, ty).map(|i| self.own.remove(i))
     }
 
     /// Removes all parameters of this name; true if there were any.
-    fn remove_all(&mut self, name: &str) -> bool {
+    pub(super) fn remove_all(&mut self, name: &str) -> bool {
         let before = self.own.len();
         self.own.retain(|p| p.name != name);
         self.own.len() < before
     }
 
-    fn rename(&mut self, from: &str, to: &str) -> bool {
+    pub(super) fn rename(&mut self, from: &str, to: &str) -> bool {
         let mut found = false;
         for p in self.own.iter_mut().filter(|p| p.name == from) {
             p.name = to.to_string();
@@ -37,17 +34,17 @@ impl Params {
         found
     }
 
-    fn push(&mut self, ty: ParamType, name: &str, values: Values) {
+    pub(super) fn push(&mut self, ty: ParamType, name: &str, values: Values) {
         let (span, space) = (self.span, self.space);
         let name = name.to_string();
         self.own.push(Param { ty, name, span, values, space, bad: false, used: false });
     }
 
-    fn push_float(&mut self, name: &str, value: f32) {
+    pub(super) fn push_float(&mut self, name: &str, value: f32) {
         self.push(ParamType::Float, name, Values::Floats(vec![value]));
     }
 
-    fn push_string(&mut self, ty: ParamType, name: &str, value: &str) {
+    pub(super) fn push_string(&mut self, ty: ParamType, name: &str, value: &str) {
         let text = Text { text: value.to_string(), span: self.span };
         self.push(ty, name, Values::Strings(vec![text]));
     }
@@ -59,7 +56,7 @@ impl Params {
         }
     }
 
-    fn rgb(&self, name: &str) -> Option<[f32; 3]> {
+    pub(super) fn rgb(&self, name: &str) -> Option<[f32; 3]> {
         match &self.own[self.position(name, ParamType::Rgb)?].values {
             Values::Floats(v) if v.len() == 3 => Some([v[0], v[1], v[2]]),
             _ => None,
@@ -69,7 +66,7 @@ impl Params {
 
 impl Reader {
     /// Renames a parameter and notes it.
-    fn renamed(&mut self, e: &mut Entity, from: &str, to: &str) {
+    pub(super) fn renamed(&mut self, e: &mut Entity, from: &str, to: &str) {
         if e.params.rename(from, to) {
             let place = e.params.place(to);
             self.v3_note(place, format!("pbrt-v3 parameter `{from}` is read as `{to}`"));
@@ -77,7 +74,7 @@ impl Reader {
     }
 
     /// Removes a parameter that means nothing any more and notes it.
-    fn dropped(&mut self, e: &mut Entity, name: &str) {
+    pub(super) fn dropped(&mut self, e: &mut Entity, name: &str) {
         let place = e.params.place(name);
         if e.params.remove_all(name) {
             self.v3_note(place, format!("pbrt-v3 parameter `{name}` is ignored"));
@@ -85,25 +82,10 @@ impl Reader {
     }
 
     /// Changes the kind of an entity and notes it.
-    fn rekind(&mut self, e: &mut Entity, what: &str, to: &str) {
+    pub(super) fn rekind(&mut self, e: &mut Entity, what: &str, to: &str) {
         let message = format!("pbrt-v3 {what} `{}` is read as `{to}`", e.kind.text);
         self.v3_note(e.kind.span, message);
         e.kind.text = to.to_string();
-    }
-
-    /// Removes a factor that v4 does not have; true if it had this constant value. Another
-    /// value is lost with a warning.
-    fn factor_was(&mut self, e: &mut Entity, name: &str, value: f32) -> bool {
-        if !e.params.has(name) {
-            return false;
-        }
-        let place = e.params.place(name);
-        let matches = e.params.rgb(name) == Some([value; 3]);
-        if e.params.remove_all(name) && !matches {
-            let message = format!("pbrt-v3 factor `{name}` of `{}` is lost", e.kind.text);
-            self.notes.warning(place, message);
-        }
-        matches
     }
 }
 
@@ -307,132 +289,6 @@ fn gamma(e: &mut Entity, r: &mut Reader) {
     };
     r.v3_note(place, "pbrt-v3 parameter `gamma` is read as `encoding`");
     e.params.push_string(ParamType::String, "encoding", &encoding);
-}
-
-/// `Material` and `MakeNamedMaterial`.
-pub(super) fn material(e: &mut Entity, r: &mut Reader) {
-    let kind = e.kind.text.clone();
-    if matches!(kind.as_str(), "glass" | "uber") {
-        r.renamed(e, "index", "eta");
-    }
-    r.renamed(e, "bumpmap", "displacement");
-    match kind.as_str() {
-        "uber" => {
-            if r.factor_was(e, "Ks", 0.0) {
-                e.params.remove_all("roughness");
-                e.params.remove_all("eta");
-                r.rekind(e, "material", "diffuse");
-            } else {
-                r.rekind(e, "material", "coateddiffuse");
-            }
-            r.factor_was(e, "Kr", 0.0);
-            r.factor_was(e, "Kt", 0.0);
-            r.renamed(e, "Kd", "reflectance");
-            if e.params.rgb("opacity") == Some([1.0; 3]) {
-                e.params.remove_all("opacity");
-            }
-            e.params.rename("opacity", OPACITY);
-        }
-        "mix" => mix(e, r),
-        "substrate" => {
-            r.rekind(e, "material", "coateddiffuse");
-            r.factor_was(e, "Ks", 1.0);
-            r.renamed(e, "Kd", "reflectance");
-        }
-        "glass" => {
-            r.rekind(e, "material", "dielectric");
-            r.factor_was(e, "Kr", 1.0);
-            r.factor_was(e, "Kt", 1.0);
-        }
-        "plastic" => {
-            if r.factor_was(e, "Ks", 0.0) {
-                e.params.remove_all("roughness");
-                e.params.remove_all("eta");
-                r.rekind(e, "material", "diffuse");
-            } else {
-                r.rekind(e, "material", "coateddiffuse");
-            }
-            r.renamed(e, "Kd", "reflectance");
-        }
-        "kdsubsurface" => {
-            r.rekind(e, "material", "subsurface");
-            r.renamed(e, "Kd", "reflectance");
-        }
-        "matte" => {
-            r.rekind(e, "material", "diffuse");
-            r.renamed(e, "Kd", "reflectance");
-            r.dropped(e, "sigma");
-        }
-        "metal" => {
-            r.rekind(e, "material", "conductor");
-            r.factor_was(e, "Kr", 1.0);
-        }
-        "translucent" => {
-            r.rekind(e, "material", "diffusetransmission");
-            r.renamed(e, "Kd", "transmittance");
-            r.factor_was(e, "reflect", 0.0);
-            r.factor_was(e, "transmit", 1.0);
-            r.factor_was(e, "Ks", 0.0);
-            r.dropped(e, "roughness");
-        }
-        "mirror" => {
-            r.rekind(e, "material", "conductor");
-            e.params.push_float("roughness", 0.0);
-            e.params.push_string(ParamType::Spectrum, "eta", "metal-Ag-eta");
-            e.params.push_string(ParamType::Spectrum, "k", "metal-Ag-k");
-            r.factor_was(e, "Kr", 1.0);
-        }
-        "disney" => {
-            r.rekind(e, "material", "diffuse");
-            r.renamed(e, "color", "reflectance");
-            e.params.own.retain(|p| matches!(p.name.as_str(), "reflectance" | "displacement"));
-        }
-        "hair" => r.renamed(e, "color", "reflectance"),
-        "fourier" => {
-            let message = "pbrt-v3 material `fourier` is not supported, a grey diffuse is used";
-            r.notes.warning(e.kind.span, message);
-            r.v3 = true;
-            e.kind.text = "diffuse".into();
-            e.params.own.clear();
-        }
-        "" | "none" => {
-            let message = format!("material `{kind}` is deprecated and read as `interface`");
-            r.notes.note(e.kind.span, message);
-            e.kind.text = "interface".into();
-        }
-        _ => {}
-    }
-}
-
-/// v3 gives `amount` as a colour, the weight of the first material.
-fn mix(e: &mut Entity, r: &mut Reader) {
-    if let Some(rgb) = e.params.rgb("amount") {
-        let place = e.params.place("amount");
-        e.params.remove("amount", ParamType::Rgb);
-        r.v3_note(place, "pbrt-v3 colour `amount` of `mix` is read as a number");
-        if rgb != [rgb[0]; 3] {
-            r.notes.warning(place, "the colour of `amount` is lost, its mean is used");
-        }
-        e.params.push_float("amount", (rgb[0] + rgb[1] + rgb[2]) / 3.0);
-    }
-    if !e.params.has("namedmaterial1") && !e.params.has("namedmaterial2") {
-        return;
-    }
-    let place = e.params.place("namedmaterial1");
-    r.v3_note(
-        place,
-        "pbrt-v3 parameters `namedmaterial1` and `namedmaterial2` are read as `materials`",
-    );
-    // The order is the other way round in v4.
-    let mut names = Vec::new();
-    for name in ["namedmaterial2", "namedmaterial1"] {
-        if let Some(p) = e.params.remove(name, ParamType::String)
-            && let Values::Strings(v) = p.values
-        {
-            names.extend(v.into_iter().take(1));
-        }
-    }
-    e.params.push(ParamType::String, "materials", Values::Strings(names));
 }
 
 /// `Shape`.

@@ -134,6 +134,7 @@ impl Reader {
                 if !value.is_finite() {
                     let span = lexer.span(lexer.pos, end);
                     self.diag.error(span, format!("the number is too large for `{name}`"));
+                    lexer.pos = end;
                     self.skip_rest(lexer, list)?;
                     return Ok(None);
                 }
@@ -266,18 +267,20 @@ impl Reader {
 
     /// Passes over the rest of a list.
     fn skip_rest(&mut self, lexer: &mut Lexer, list: bool) -> Result<(), GivenUp> {
-        while list {
+        if !list {
+            return Ok(());
+        }
+        loop {
             let before = lexer.pos;
             let token = self.required(lexer, "`]`")?;
             if token.kind == TokenKind::Close {
-                break;
+                return Ok(());
             }
             if super::directive::DIRECTIVES.contains(&lexer.slice(token.span)) {
                 lexer.pos = before;
                 return Err(GivenUp);
             }
         }
-        Ok(())
     }
 
     /// Passes over the values of a parameter.

@@ -25,31 +25,46 @@ mod composite;
 mod conductor;
 mod dielectric;
 mod diffuse;
+mod diffuse_transmission;
 pub mod fresnel;
+mod layered;
 mod lobes;
 mod microfacet;
 mod model;
 mod null;
+mod oren_nayar;
+mod phong;
 mod plastic;
+mod principled;
 mod rough_plastic;
 mod rough_transmittance;
+mod share;
 #[cfg(test)]
 mod testing;
 mod thin_dielectric;
+mod ward;
 
 pub use albedo::microfacet_albedo;
 pub use composite::{Bsdf, MAX_PARTS, Part};
 pub use conductor::{Conductor, ConductorFresnel};
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
+pub use diffuse_transmission::DiffuseTransmission;
+pub use layered::{Coat, CoatedConductor, CoatedDiffuse, Layered};
 pub use lobes::Lobes;
 pub use microfacet::{Masking, Microfacet};
 pub use model::Model;
 pub use null::Null;
+pub use oren_nayar::OrenNayar;
+pub use phong::Phong;
 pub use plastic::{Plastic, PlasticCoat};
+pub use principled::{
+    Principled, PrincipledParameters, PrincipledThin, PrincipledThinParameters, eta_from_specular,
+};
 pub use rough_plastic::RoughPlastic;
 pub use rough_transmittance::{AlphaIndex, RoughTransmittance};
 pub use thin_dielectric::ThinDielectric;
+pub use ward::Ward;
 
 use kaustika_math::{Vec2, Vec3};
 use kaustika_spectra::Spectrum;

@@ -7,7 +7,10 @@
 //! Which light is the question of [`LightSelection`]; which of its points is the light's own.
 
 mod area;
+mod bounds;
 mod build;
+mod bvh;
+mod cone;
 mod environment;
 mod point;
 mod selection;
@@ -19,6 +22,7 @@ pub use selection::{LightSelection, LightSelectionKind, mean_power};
 
 use crate::Scene;
 use crate::surface::Surface;
+use bvh::LightBvh;
 use kaustika_math::{Ray, Vec2, Vec3};
 use kaustika_spectra::{Spectrum, Wavelengths};
 

@@ -1,21 +1,39 @@
 //! Which light to sample: uniformly, by power, or by a hierarchy over position and direction.
 
-use super::Light;
+use super::{Light, LightBvh};
 use crate::Scene;
 use crate::surface::LightId;
-use kaustika_math::Vec3;
+use kaustika_math::{ONE_MINUS_EPSILON, Vec3};
 use kaustika_sampling::distribution::Discrete;
 use kaustika_spectra::{ColorMode, Wavelengths};
 use std::str::FromStr;
 
 /// The ways to choose a light.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LightSelectionKind {
     /// Each with the same probability.
     Uniform,
     /// In proportion to power.
-    #[default]
     Power,
+    /// By a hierarchy of lights, in proportion to what may arrive at the point.
+    Bvh,
+}
+
+/// With at most this many lights near each other the hierarchy costs more than it gains: the
+/// two triangles of a rectangle or two.
+const FEW_LIGHTS: usize = 4;
+
+impl LightSelectionKind {
+    /// The default for these lights. Power says nothing about a lamp beside the sky, whose power
+    /// grows with the size of the scene: there, too, the hierarchy decides.
+    pub fn for_lights(lights: &[Light]) -> LightSelectionKind {
+        let infinite = lights.iter().filter(|l| l.is_infinite()).count();
+        let mixed = infinite > 0 && infinite < lights.len();
+        match lights.len() <= FEW_LIGHTS && !mixed {
+            true => LightSelectionKind::Power,
+            false => LightSelectionKind::Bvh,
+        }
+    }
 }
 
 impl FromStr for LightSelectionKind {
@@ -24,48 +42,124 @@ impl FromStr for LightSelectionKind {
         match s {
             "uniform" => Ok(LightSelectionKind::Uniform),
             "power" => Ok(LightSelectionKind::Power),
-            _ => Err(format!("unknown light sampler `{s}`; known: uniform, power")),
+            "bvh" => Ok(LightSelectionKind::Bvh),
+            _ => Err(format!("unknown light sampler `{s}`; known: uniform, power, bvh")),
         }
     }
 }
 
 /// Chooses lights; built once a scene.
 #[derive(Debug, Default)]
-pub struct LightSelection {
-    /// Probabilities of the lights; `None` without lights.
-    table: Option<Discrete>,
+pub struct LightSelection(Selection);
+
+#[derive(Debug, Default)]
+enum Selection {
+    /// There is no light.
+    #[default]
+    Dark,
+    /// The same everywhere.
+    Table(Discrete),
+    Hierarchy(Hierarchy),
+}
+
+/// Lights at infinity beside a tree of the others.
+#[derive(Debug)]
+struct Hierarchy {
+    tree: LightBvh,
+    infinite: Vec<LightId>,
+    /// Probability of each light at infinity.
+    pmf_infinite: f32,
 }
 
 impl LightSelection {
-    /// Builds the tables over all lights of the scene.
+    /// Builds tables or hierarchy over all lights of the scene.
     pub fn new(kind: LightSelectionKind, scene: &Scene) -> LightSelection {
-        if scene.lights.is_empty() {
-            return LightSelection { table: None };
+        let count = scene.lights.len();
+        if count == 0 {
+            return LightSelection(Selection::Dark);
         }
         let weights: Vec<f32> = match kind {
-            LightSelectionKind::Uniform => vec![1.0; scene.lights.len()],
+            LightSelectionKind::Uniform => vec![1.0; count],
             LightSelectionKind::Power => {
                 scene.lights.iter().map(|l| mean_power(l, scene)).collect()
             }
+            LightSelectionKind::Bvh => {
+                return LightSelection(Selection::Hierarchy(Hierarchy::new(scene)));
+            }
         };
         // All dark or not to be summed: any of them may as well be asked.
-        let table =
-            Discrete::new(&weights).or_else(|_| Discrete::new(&vec![1.0; weights.len()])).ok();
-        LightSelection { table }
+        let table = Discrete::new(&weights).or_else(|_| Discrete::new(&vec![1.0; count]));
+        LightSelection(table.map_or(Selection::Dark, Selection::Table))
     }
 
-    /// A light for the scene point `p` with normal `n` (zero where there is none), with its
-    /// probability and what is left of `u`; `None` if there is no light.
+    /// A light for the scene point `p` with normal `n` (zero where there is none), and its
+    /// probability; `None` if there is no light.
     #[inline]
-    pub fn sample(&self, _p: Vec3, _n: Vec3, u: f32) -> Option<(LightId, f32)> {
-        let s = self.table.as_ref()?.sample(u);
-        (s.pmf > 0.0).then_some((LightId(s.index as u32), s.pmf))
+    pub fn sample(&self, p: Vec3, n: Vec3, u: f32) -> Option<(LightId, f32)> {
+        let (light, pmf) = match &self.0 {
+            Selection::Dark => return None,
+            Selection::Table(table) => {
+                let s = table.sample(u);
+                (LightId(s.index as u32), s.pmf)
+            }
+            Selection::Hierarchy(h) => h.sample(p, n, u)?,
+        };
+        (pmf > 0.0).then_some((light, pmf))
     }
 
     /// Probability of [`LightSelection::sample`] choosing `light` for the same point.
     #[inline]
-    pub fn pmf(&self, _p: Vec3, _n: Vec3, light: LightId) -> f32 {
-        self.table.as_ref().map_or(0.0, |t| t.pmf(light.0 as usize))
+    pub fn pmf(&self, p: Vec3, n: Vec3, light: LightId) -> f32 {
+        match &self.0 {
+            Selection::Dark => 0.0,
+            Selection::Table(table) => table.pmf(light.0 as usize),
+            Selection::Hierarchy(h) => h.pmf(p, n, light),
+        }
+    }
+}
+
+impl Hierarchy {
+    fn new(scene: &Scene) -> Hierarchy {
+        let (mut infinite, mut near) = (Vec::new(), Vec::new());
+        for (i, light) in scene.lights.iter().enumerate() {
+            let id = LightId(i as u32);
+            match light.bounds(scene) {
+                Some(bounds) => near.push((id, bounds)),
+                None => infinite.push(id),
+            }
+        }
+        // All near ones together count as one more light at infinity (as in pbrt-v4).
+        let others = if near.is_empty() { 0.0 } else { 1.0 };
+        let pmf_infinite = 1.0 / (infinite.len() as f32 + others);
+        Hierarchy { tree: LightBvh::new(near, scene.lights.len()), infinite, pmf_infinite }
+    }
+
+    /// Probability of the tree.
+    fn pmf_tree(&self) -> f32 {
+        if self.tree.is_empty() { 0.0 } else { self.pmf_infinite }
+    }
+
+    #[inline]
+    fn sample(&self, p: Vec3, n: Vec3, u: f32) -> Option<(LightId, f32)> {
+        let slot = u / self.pmf_infinite;
+        match self.infinite.get(slot as usize) {
+            Some(&light) => Some((light, self.pmf_infinite)),
+            None if self.tree.is_empty() => Some((*self.infinite.last()?, self.pmf_infinite)),
+            None => {
+                let rest = (slot - self.infinite.len() as f32).clamp(0.0, ONE_MINUS_EPSILON);
+                let (light, pmf) = self.tree.sample(p, n, rest)?;
+                Some((light, self.pmf_tree() * pmf))
+            }
+        }
+    }
+
+    #[inline]
+    fn pmf(&self, p: Vec3, n: Vec3, light: LightId) -> f32 {
+        // A few at most, and usually none or one.
+        if self.infinite.contains(&light) {
+            return self.pmf_infinite;
+        }
+        self.pmf_tree() * self.tree.pmf(p, n, light)
     }
 }
 

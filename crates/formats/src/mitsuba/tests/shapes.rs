@@ -1,0 +1,110 @@
+//! Shapes, groups, instances, meshes.
+
+use super::*;
+use kaustika_math::Vec3;
+
+const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0.25\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n";
+
+#[test]
+fn forms_and_their_placement() {
+    let d = scene(
+        r#"<shape type="sphere" id="ball"><point name="center" x="1" y="2" z="3"/>
+            <float name="radius" value="0.5"/>
+            <transform name="to_world"><scale value="2"/></transform></shape>
+        <shape type="cylinder"><point name="p0" value="0,0,1"/><point name="p1" value="4,0,1"/>
+            <float name="radius" value="2"/></shape>
+        <shape type="rectangle"><boolean name="flip_normals" value="true"/></shape>
+        <shape type="disk"/><shape type="cube"/>"#,
+    );
+    let ball = &d.shapes[0];
+    assert_eq!(ball.name, "ball");
+    assert!(matches!(ball.geometry, GeometryDesc::Sphere { radius: 0.5, z_min: -0.5, .. }));
+    assert_eq!(ball.transform.point(Vec3::ZERO), Vec3::new(2.0, 4.0, 6.0));
+    // Mitsuba's v grows away from +z.
+    assert_eq!(ball.transform.vector(Vec3::Z), Vec3::new(0.0, 0.0, -2.0));
+    assert!(!ball.flip_normals);
+    let pipe = &d.shapes[1];
+    let GeometryDesc::Cylinder { radius, z_min, z_max, .. } = pipe.geometry else { panic!() };
+    assert_eq!((radius, z_min, z_max), (2.0, 0.0, 4.0));
+    assert!((pipe.transform.point(Vec3::Z * 4.0) - Vec3::new(4.0, 0.0, 1.0)).length() < 1e-6);
+    assert!(d.shapes[2].flip_normals);
+    assert!(matches!(d.shapes[3].geometry, GeometryDesc::Disk { radius: 1.0, .. }));
+    assert_eq!(d.shapes[4].geometry, GeometryDesc::Cube);
+}
+
+#[test]
+fn mirrored_spheres_turn_inside_out_in_mitsuba_3() {
+    let mirrored = |name: &str| {
+        format!(
+            r#"<shape type="sphere"><transform name="{name}"><scale x="-1"/></transform></shape>"#
+        )
+    };
+    assert!(scene(&mirrored("to_world")).shapes[0].flip_normals);
+    assert!(!scene06(&mirrored("toWorld")).shapes[0].flip_normals);
+}
+
+#[test]
+fn materials_where_none_is_given() {
+    let d = scene(
+        r#"<shape type="cube"/>
+        <shape type="cube"><emitter type="area"/></shape>"#,
+    );
+    let albedo = |i: usize| {
+        let MaterialModel::Diffuse { reflectance } =
+            d.materials[d.shapes[i].material.0 as usize].model
+        else {
+            panic!()
+        };
+        node(&d, reflectance).clone()
+    };
+    assert_eq!(albedo(0), TextureNode::Float(0.5));
+    assert_eq!(albedo(1), TextureNode::Float(0.0));
+}
+
+#[test]
+fn meshes_are_loaded_and_shared() {
+    let text = r#"<scene version="3.0.0"><sensor type="perspective"/>
+        <shape type="obj"><string name="filename" value="m\tri.obj"/></shape>
+        <shape type="obj"><string name="filename" value="m/tri.obj"/></shape>
+        <shape type="obj"><string name="filename" value="m/tri.obj"/>
+            <boolean name="flip_tex_coords" value="false"/>
+            <boolean name="face_normals" value="true"/></shape>
+        <shape type="shapegroup" id="g">
+            <shape type="cube"/>
+            <shape type="obj"><string name="filename" value="m/tri.obj"/></shape></shape>
+        <shape type="instance"><ref id="g"/></shape>
+        <shape type="instance"><ref id="g"/>
+            <transform name="to_world"><translate x="3"/></transform></shape>
+        </scene>"#;
+    let files = Files::new(&[("a.xml", text), ("m/tri.obj", OBJ)]);
+    let d = files.read("a.xml", &[]);
+    assert_eq!(files.messages(&d), Vec::<String>::new());
+    let mesh = |s: &ShapeDesc| match &s.geometry {
+        GeometryDesc::Mesh(m) => m.clone(),
+        other => panic!("{other:?}"),
+    };
+    assert!(std::sync::Arc::ptr_eq(&mesh(&d.shapes[0]), &mesh(&d.shapes[1])));
+    assert_eq!(mesh(&d.shapes[0]).indices.len(), 1);
+    assert_eq!(mesh(&d.shapes[0]).uvs[0].y, 0.75);
+    assert_eq!(mesh(&d.shapes[0]).normals.len(), 3);
+    assert_eq!(mesh(&d.shapes[2]).uvs[0].y, 0.25);
+    assert!(mesh(&d.shapes[2]).normals.is_empty());
+    assert_eq!((d.shapes.len(), d.groups.len(), d.instances.len()), (3, 1, 2));
+    assert_eq!(d.groups[0].shapes[0].geometry, GeometryDesc::Cube);
+    assert_eq!(mesh(&d.groups[0].shapes[1]).indices.len(), 1);
+    assert_eq!(d.instances[0].group, d.instances[1].group);
+    assert_eq!(d.instances[1].transform.point(Vec3::ZERO).x, 3.0);
+}
+
+#[test]
+fn media_are_named_and_left_out() {
+    let (d, messages) = read(
+        "3.0.0",
+        r#"<medium type="homogeneous" id="fog"/>
+<shape type="cube"><bsdf type="null"/><ref name="interior" id="fog"/></shape>"#,
+    );
+    assert_eq!(messages, ["warning 2:1 participating media are not rendered yet | left out"]);
+    assert_eq!((d.media[0].name.as_str(), d.media[0].kind.as_str()), ("fog", "homogeneous"));
+    assert_eq!((d.shapes[0].interior, d.shapes[0].exterior), (Some(MediumId(0)), None));
+    assert_eq!(*only_model(&d), MaterialModel::Null { counts: true });
+}
