@@ -5,7 +5,7 @@ use crate::bsdf::{
     self, Bsdf, CoatedConductor, CoatedDiffuse, Conductor, ConductorFresnel, Dielectric, Diffuse,
     DiffuseTransmission, Masking, Microfacet, Model, Null, OrenNayar, Part, Phong, Plastic,
     PlasticCoat, Principled, PrincipledParameters, PrincipledThin, PrincipledThinParameters,
-    RoughPlastic, RoughTransmittance, ThinDielectric, Ward,
+    RoughPlastic, RoughTransmittance, ThinDielectric, Ward, relief_roughness,
 };
 use crate::description::{
     CoatDesc, ConductorColor, IorDesc, MaterialId, MaterialModel, PrincipledDesc, RoughnessDesc,
@@ -24,6 +24,9 @@ pub struct Materials {
     /// Tables of each material that has some.
     coats: Vec<Option<Coat>>,
     masking: Masking,
+    /// True: normals that a map turns away from the viewer are turned back, and the relief
+    /// shadows (Mitsuba 3).
+    relief: bool,
 }
 
 /// What plastics precompute.
@@ -39,6 +42,8 @@ struct Place {
     frame: Frame,
     /// The shading normal before bump or normal maps, if there were any.
     guard: Option<Vec3>,
+    /// See [`Part::relief`].
+    relief: f32,
     /// True on the back of a two-sided material: frames are turned over at the leaf.
     back: bool,
     weight: f32,
@@ -164,6 +169,7 @@ impl Materials {
             models: description.materials.iter().map(|m| m.model.clone()).collect(),
             coats: description.materials.iter().map(|m| coat(&m.model, textures)).collect(),
             masking,
+            relief: description.format == SourceFormat::Mitsuba3,
         }
     }
 
@@ -183,9 +189,27 @@ impl Materials {
         let mut bsdf = Bsdf::new(surface.ng);
         let at = TexturePoint::of(surface);
         let mut hit = Hit { textures, surface, at, wo, lambda };
-        let place = Place { frame: surface.frame, guard: None, back: false, weight: 1.0 };
+        let place =
+            Place { frame: surface.frame, guard: None, relief: 0.0, back: false, weight: 1.0 };
         self.add(id, place, &mut hit, &mut bsdf);
         Some(bsdf)
+    }
+
+    /// The place under a frame that a map has turned.
+    fn turned(&self, place: Place, frame: Frame, hit: &Hit) -> Place {
+        let base = place.frame.n;
+        let guard = Some(place.guard.unwrap_or(base));
+        if !self.relief {
+            return Place { frame, guard, ..place };
+        }
+        let mut frame = frame;
+        if frame.n.dot(hit.wo) * base.dot(hit.wo) <= 0.0 {
+            // Facing away from the viewer: mirrored about the unturned normal.
+            let mirrored = base * (2.0 * frame.n.dot(base)) - frame.n;
+            frame = Frame::from_normal_tangent(mirrored, frame.s);
+        }
+        let relief = relief_roughness(frame.n.dot(base));
+        Place { frame, guard, relief, ..place }
     }
 
     fn add<'a>(&'a self, id: MaterialId, place: Place, hit: &mut Hit, out: &mut Bsdf<'a>) {
@@ -217,14 +241,12 @@ impl Materials {
             }
             M::Bump { material, displacement, scale } => {
                 let frame = bumped(hit, place.frame, *displacement, *scale);
-                let guard = Some(place.guard.unwrap_or(place.frame.n));
-                self.add(*material, Place { frame, guard, ..place }, hit, out);
+                self.add(*material, self.turned(place, frame, hit), hit, out);
                 return;
             }
             M::NormalMap { material, normals } => {
                 let frame = normal_mapped(hit, place.frame, *normals);
-                let guard = Some(place.guard.unwrap_or(place.frame.n));
-                self.add(*material, Place { frame, guard, ..place }, hit, out);
+                self.add(*material, self.turned(place, frame, hit), hit, out);
                 return;
             }
             M::Diffuse { reflectance } => {
@@ -338,7 +360,7 @@ impl Place {
     fn part<'a>(&self, model: Model<'a>, weight: f32) -> Part<'a> {
         let flip = |n: Vec3| if self.back { -n } else { n };
         let frame = if self.back { self.frame.flipped() } else { self.frame };
-        Part { frame, guard: self.guard.map(flip), weight, model }
+        Part { frame, guard: self.guard.map(flip), relief: self.relief, weight, model }
     }
 }
 

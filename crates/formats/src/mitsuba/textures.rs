@@ -128,8 +128,12 @@ impl<'a> Converter<'a> {
         match object.plugin.as_str() {
             "bitmap" | "ldrtexture" | "exrtexture" => self.bitmap(object, role),
             "checkerboard" => {
-                let a = self.texture(object, "color0", 0.4, role);
-                let b = self.texture(object, "color1", 0.2, role);
+                let mut a = self.texture(object, "color0", 0.4, role);
+                let mut b = self.texture(object, "color1", 0.2, role);
+                // Mitsuba 3 (seen in 3.9.1) exchanges the two where a number is asked for.
+                if role == Role::Scalar {
+                    std::mem::swap(&mut a, &mut b);
+                }
                 let mapping = TextureMapping::Uv(self.uv_mapping(object));
                 self.out.add_texture(TextureNode::Checkerboard { a, b, mapping }, span)
             }

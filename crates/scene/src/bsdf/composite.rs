@@ -21,13 +21,49 @@ pub struct Part<'a> {
     /// The shading normal before a bump or normal map turned it: light must arrive on the same
     /// side of both, or it would leak through.
     pub guard: Option<Vec3>,
+    /// Roughness α² that stands for the relief a bump or normal map hides, 0 for none; see
+    /// [`relief_shadowing`].
+    pub relief: f32,
     /// Factor of its value, and its share in sampling.
     pub weight: f32,
     /// The model.
     pub model: Model<'a>,
 }
 
+/// Shadowing by the relief that a turned normal stands for, toward the light at `cos` from the
+/// unturned normal: the Smith term of Conty Estevez, Lecocq & Stein 2019, "A Microfacet-Based
+/// Shadowing Function to Solve the Bump Terminator Problem",
+///
+/// ```text
+/// G = 2 / (1 + √(1 + α² tan²θ)),   α² = tan²δ / 8,  δ the angle between the normals
+/// ```
+#[inline]
+pub fn relief_shadowing(alpha2: f32, cos: f32) -> f32 {
+    if alpha2 == 0.0 {
+        return 1.0;
+    }
+    let cos2 = (cos * cos).clamp(1e-12, 1.0);
+    2.0 / (1.0 + (1.0 + alpha2 * (1.0 - cos2) / cos2).sqrt())
+}
+
+/// α² of [`relief_shadowing`] for normals whose cosine is `cos`.
+#[inline]
+pub fn relief_roughness(cos: f32) -> f32 {
+    let cos2 = (cos * cos).clamp(1e-6, 1.0);
+    (0.125 * (1.0 - cos2) / cos2).min(1.0)
+}
+
 impl Part<'_> {
+    /// Shadowing toward the light, `wi` for radiance and `wo` for importance.
+    #[inline]
+    fn shadowing(&self, wo: Vec3, wi: Vec3, mode: Mode) -> f32 {
+        match (self.guard, mode) {
+            (Some(n), Mode::Radiance) => relief_shadowing(self.relief, n.dot(wi)),
+            (Some(n), Mode::Importance) => relief_shadowing(self.relief, n.dot(wo)),
+            (None, _) => 1.0,
+        }
+    }
+
     /// True if the direction toward the light, `wi` for radiance and `wo` for importance, lies
     /// on the same side of both normals. The camera's side is not asked, as in Mitsuba: at
     /// silhouettes of smooth meshes it may lie behind either.
@@ -92,7 +128,9 @@ impl<'a> Bsdf<'a> {
         for part in &self.parts {
             let (o, i) = (part.frame.to_local(wo), part.frame.to_local(wi));
             if part.passes_guard((o, wo), (i, wi), mode) {
-                let k = part.weight * part.correction(wo, wi, self.ng, mode);
+                let k = part.weight
+                    * part.correction(wo, wi, self.ng, mode)
+                    * part.shadowing(wo, wi, mode);
                 f += part.model.eval(o, i, mode, lobes) * k;
             }
         }
@@ -133,7 +171,8 @@ impl<'a> Bsdf<'a> {
             return None;
         }
         let p = part.weight / self.total;
-        let k = part.correction(wo, wi, self.ng, mode) * part.weight / p;
+        let k = part.correction(wo, wi, self.ng, mode) * part.shadowing(wo, wi, mode);
+        let k = k * part.weight / p;
         let mut s = BsdfSample { wi, weight: local.weight * k, ..local };
         if self.parts.len() > 1 {
             if s.lobe.has(Lobes::DELTA) {

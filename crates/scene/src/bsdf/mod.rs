@@ -45,7 +45,7 @@ mod thin_dielectric;
 mod ward;
 
 pub use albedo::microfacet_albedo;
-pub use composite::{Bsdf, MAX_PARTS, Part};
+pub use composite::{Bsdf, MAX_PARTS, Part, relief_roughness, relief_shadowing};
 pub use conductor::{Conductor, ConductorFresnel};
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
