@@ -200,19 +200,17 @@ impl<'a> Job<'a> {
             false => remove_if_there(&self.checkpoint),
         };
         phases.write = start.elapsed().as_secs_f64();
-        if let Some(path) = &self.args.stats {
-            let run = Run {
-                passes,
-                fresh: self.fresh,
-                elapsed: self.elapsed,
-                work: self.work,
-                error: self.error,
-            };
-            write_stats(path, &Stats::new(self.record, &run, phases, workers.threads()))?;
-        }
+        let run = Run {
+            passes,
+            fresh: self.fresh,
+            elapsed: self.elapsed,
+            work: self.work,
+            error: self.error,
+        };
+        let stats = Stats::new(self.record, &run, phases, workers.threads());
+        let counted = self.args.stats.as_deref().map_or(Ok(()), |path| write_stats(path, &stats));
         self.summarise(passes, written.is_ok(), keeps && kept.is_ok(), &rendered);
-        written?;
-        kept?;
+        written.and(kept).and(counted)?;
         rendered.map(|_| ()).map_err(Failure::input)
     }
 

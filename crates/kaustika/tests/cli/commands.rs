@@ -51,6 +51,26 @@ fn the_scene_names_the_output_and_the_picture_says_how_it_was_made() {
 }
 
 #[test]
+fn scene_variables_are_set_from_outside() {
+    let p = Place::new();
+    let text = r#"<scene version="3.0.0">
+        <default name="wide" value="8"/>
+        <sensor type="perspective"><film type="hdrfilm">
+            <integer name="width" value="$wide"/><integer name="height" value="6"/>
+        </film></sensor>
+        <emitter type="constant"/>
+    </scene>"#;
+    p.write("sky.xml", text);
+    // A scene that names no file is written under the program's name.
+    p.ok("render sky.xml -q --spp 1");
+    assert_eq!((p.picture("kaustika.exr").width, p.picture("kaustika.exr").height), (8, 6));
+    p.ok("render sky.xml -q --spp 1 -D wide=20 -o wide.exr");
+    assert_eq!(p.picture("wide.exr").width, 20);
+    let info = json(&p.ok("info sky.xml -D wide=30 --json"));
+    assert_eq!(info["cameras"][0]["resolution"][0], 30);
+}
+
+#[test]
 fn without_a_scene_the_built_in_one_is_rendered() {
     let p = Place::new();
     p.ok("render -q --spp 1 --resolution 30x20");
