@@ -14,7 +14,7 @@ use std::sync::Arc;
 /// Half the width of the room.
 const HALF_WIDTH: f32 = 1.72;
 /// From floor to ceiling.
-const HEIGHT: f32 = 3.0;
+const HEIGHT: f32 = 3.4;
 /// z of the wall with the niche and of the one behind the camera.
 const DEPTH: [f32; 2] = [-1.5, 5.6];
 /// What the pedestal stands before.
@@ -58,19 +58,19 @@ pub fn build(stage: &mut Stage) {
     // The key light, high on the left and behind: glass throws its caustics to the right and
     // towards the viewer. A broad panel in the ceiling, out of the picture, lifts the shadows.
     let key = Lamp {
-        at: Vec3::new(-0.92, 2.6, -0.75),
+        at: Vec3::new(-0.82, 2.68, -0.72),
         target: Vec3::new(0.1, 0.8, 1.6),
         up: Vec3::Y,
-        size: [1.4, 1.3],
-        radiance: [14.5, 12.6, 10.1],
+        size: [1.6, 1.5],
+        radiance: [10.4, 9.0, 7.2],
     };
     key.hang(stage, "softbox");
     let panel = Lamp {
         at: Vec3::new(0.2, HEIGHT - 0.02, 1.9),
         target: Vec3::new(0.2, 0.0, 1.9),
         up: Vec3::Z,
-        size: [2.6, 2.4],
-        radiance: [2.3, 2.55, 2.9],
+        size: [2.8, 2.8],
+        radiance: [2.7, 2.95, 3.3],
     };
     panel.hang(stage, "ceiling panel");
 }
