@@ -13,7 +13,7 @@ use crate::scene::{Scene, ShapeInfo};
 use crate::shape::{MeshRange, Quadric, QuadricForm, TriangleStore};
 use crate::surface::LightId;
 use crate::tessellate;
-use crate::texture::{AttributeTable, TexturePoint, Textures};
+use crate::texture::{AttributeRange, AttributeTable, TexturePoint, Textures};
 use kaustika_accel::{BoxBvh, BuildOptions, TriangleBvh};
 use kaustika_math::{Bounds3, Vec2, Vec3};
 use kaustika_spectra::{ColorMode, SpectrumRole};
@@ -39,7 +39,7 @@ struct Gathered {
     quadrics: Vec<Quadric>,
     shapes: Vec<ShapeInfo>,
     lights: Vec<Light>,
-    attributes: Vec<(String, (u32, u32, Vec<[[f32; 3]; 3]>))>,
+    attributes: Vec<(String, AttributeRange)>,
     emissions: Vec<(Option<f32>, std::ops::Range<usize>)>,
     has_holes: bool,
 }
@@ -338,7 +338,8 @@ impl Gathered {
                     false => [value(*i), value(*j), value(*k)],
                 })
                 .collect();
-            self.attributes.push((a.name.clone(), (first, first + count, corners)));
+            let range = AttributeRange { triangles: first..first + count, corners };
+            self.attributes.push((a.name.clone(), range));
         }
         Ok(())
     }

@@ -24,6 +24,8 @@ pub struct Materials {
     /// Tables of each material that has some.
     coats: Vec<Option<Coat>>,
     masking: Masking,
+    /// True: reflecting models reflect on both sides without being asked (pbrt).
+    two_sided: bool,
     /// True: normals that a map turns away from the viewer are turned back, and the relief
     /// shadows (Mitsuba 3).
     relief: bool,
@@ -169,6 +171,7 @@ impl Materials {
             models: description.materials.iter().map(|m| m.model.clone()).collect(),
             coats: description.materials.iter().map(|m| coat(&m.model, textures)).collect(),
             masking,
+            two_sided: description.format == SourceFormat::Pbrt,
             relief: description.format == SourceFormat::Mitsuba3,
         }
     }
@@ -214,6 +217,16 @@ impl Materials {
 
     fn add<'a>(&'a self, id: MaterialId, place: Place, hit: &mut Hit, out: &mut Bsdf<'a>) {
         use MaterialModel as M;
+        let reflects = matches!(
+            self.models[id.0 as usize],
+            M::Diffuse { .. }
+                | M::Conductor { .. }
+                | M::CoatedDiffuse { .. }
+                | M::CoatedConductor { .. }
+                | M::Plastic { .. }
+        );
+        let behind = place.frame.n.dot(hit.wo) < 0.0;
+        let place = Place { back: place.back || (self.two_sided && reflects && behind), ..place };
         let model: Model<'a> = match &self.models[id.0 as usize] {
             M::Mix { a, b, amount } => {
                 let t = hit.float(*amount).clamp(0.0, 1.0);

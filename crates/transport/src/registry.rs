@@ -5,14 +5,17 @@ use crate::path::{self, PathTracer};
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
+/// Makes a method from its parameters; the error names the wrong key or value.
+pub type Make = fn(&Map<String, Value>) -> Result<Box<dyn Method>, String>;
+
 /// A method that can be made from its parameters.
 pub struct Entry {
     /// What it is.
     pub info: &'static MethodInfo,
     /// Its parameters with their defaults and meanings.
     pub parameters: fn() -> Vec<Parameter>,
-    /// Makes it; the error names the wrong key or value.
-    pub make: fn(&Map<String, Value>) -> Result<Box<dyn Method>, String>,
+    /// Makes it.
+    pub make: Make,
 }
 
 /// One parameter of a method.

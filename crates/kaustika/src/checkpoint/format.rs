@@ -5,12 +5,15 @@
 //! version          u32
 //! header length    u32
 //! header               JSON: record, nodes, lengths
-//! payload              zstd of: per node its sums and M2 as f32; then the method's state
+//! payload              zlib of: per node its sums and M2 as f32; then the method's state
 //! checksum         u64 of everything before
 //! ```
 
 use crate::fingerprint::Fingerprint;
 use crate::record::Record;
+use flate2::Compression;
+use flate2::read::ZlibDecoder;
+use flate2::write::ZlibEncoder;
 use kaustika_film::accumulate::{Feature, Layers, Node, PassTree};
 use serde::{Deserialize, Serialize};
 use std::io::{self, Read, Write};
@@ -20,7 +23,7 @@ use super::Checkpoint;
 const MAGIC: &[u8; 8] = b"KAUSTCKP";
 const VERSION: u32 = 1;
 /// Fast; noise does not compress well at any level.
-const LEVEL: i32 = 1;
+const LEVEL: Compression = Compression::fast();
 
 #[derive(Serialize, Deserialize)]
 struct Header {
@@ -48,7 +51,7 @@ pub(super) fn encode(
     bytes.extend(VERSION.to_le_bytes());
     bytes.extend((header.len() as u32).to_le_bytes());
     bytes.extend(&header);
-    let mut payload = zstd::Encoder::new(bytes, LEVEL)?;
+    let mut payload = ZlibEncoder::new(bytes, LEVEL);
     for node in tree.nodes() {
         write_floats(&mut payload, &node.sum)?;
         write_floats(&mut payload, &node.m2)?;
@@ -79,7 +82,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Checkpoint, String> {
     let header: Header =
         serde_json::from_slice(header).map_err(|e| format!("its header can't be read: {e}"))?;
     let broken = |e: io::Error| format!("its contents can't be read: {e}");
-    let mut payload = zstd::Decoder::new(payload).map_err(broken)?;
+    let mut payload = ZlibDecoder::new(payload);
 
     let [width, height] = header.record.size();
     let layers: Result<Vec<Feature>, String> =

@@ -97,10 +97,19 @@ enum Node {
 /// Values of a named mesh attribute for the meshes that have it.
 #[derive(Debug, Default)]
 pub struct AttributeTable {
-    /// (first triangle, one past the last, values of the three corners of each triangle).
-    pub ranges: Vec<(u32, u32, Vec<[[f32; 3]; 3]>)>,
+    /// The meshes that have it.
+    pub ranges: Vec<AttributeRange>,
     /// Multiplies the value.
     pub scale: f32,
+}
+
+/// An attribute of one mesh.
+#[derive(Clone, Debug)]
+pub struct AttributeRange {
+    /// The mesh's triangles in the scene's list.
+    pub triangles: std::ops::Range<u32>,
+    /// Values at the three corners of each triangle.
+    pub corners: Vec<[[f32; 3]; 3]>,
 }
 
 /// All texture nodes of a scene.
@@ -258,12 +267,10 @@ impl Textures {
 
 impl AttributeTable {
     fn value(&self, at: &TexturePoint) -> [f32; 3] {
-        let Some((first, _, corners)) =
-            self.ranges.iter().find(|(a, b, _)| (*a..*b).contains(&at.triangle))
-        else {
+        let Some(range) = self.ranges.iter().find(|r| r.triangles.contains(&at.triangle)) else {
             return [0.0; 3];
         };
-        let c = &corners[(at.triangle - first) as usize];
+        let c = &range.corners[(at.triangle - range.triangles.start) as usize];
         let (b1, b2) = (at.barycentrics.x, at.barycentrics.y);
         std::array::from_fn(|i| {
             self.scale * ((1.0 - b1 - b2) * c[0][i] + b1 * c[1][i] + b2 * c[2][i])
