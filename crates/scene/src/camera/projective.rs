@@ -200,8 +200,7 @@ impl Projective {
             let (x, y) = (q.x - l.x * k, q.y - l.y * k);
             (Vec3::new(x + l.x, y + l.y, 0.0), self.film(x, y)?)
         };
-        let p_near =
-            self.to_world.point(lens_point + (q - lens_point) * (self.near / q.z));
+        let p_near = self.to_world.point(lens_point + (q - lens_point) * (self.near / q.z));
         let p_lens = self.to_world.point(lens_point);
         let to_lens = p_lens - p;
         let d2 = to_lens.length_squared();

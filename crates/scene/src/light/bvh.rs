@@ -228,8 +228,7 @@ fn split(lights: &mut [(LightId, LightBounds)], all: &LightBounds) -> usize {
             let joined = |range: &[Option<LightBounds>]| {
                 range.iter().flatten().copied().reduce(|a, b| a.union(&b))
             };
-            let (Some(below), Some(above)) =
-                (joined(&buckets[..plane]), joined(&buckets[plane..]))
+            let (Some(below), Some(above)) = (joined(&buckets[..plane]), joined(&buckets[plane..]))
             else {
                 continue;
             };

@@ -69,7 +69,8 @@ mod tests {
     #[test]
     fn unions_hold_both_cones() {
         for i in 0..300u64 {
-            let f = |k: u64| (kaustika_math::mix_bits(10 * i + k) >> 40) as f32 / (1u64 << 24) as f32;
+            let f =
+                |k: u64| (kaustika_math::mix_bits(10 * i + k) >> 40) as f32 / (1u64 << 24) as f32;
             let cone = |k| Cone {
                 axis: warp::uniform_sphere(Vec2::new(f(k), f(k + 1))),
                 cos: 1.0 - 2.0 * f(k + 2) * f(k + 2),
