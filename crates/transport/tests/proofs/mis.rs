@@ -2,7 +2,9 @@
 
 use crate::scenes::*;
 use crate::stats::{agrees, close, same};
+use kaustika_math::Vec3;
 use kaustika_sampling::MisHeuristic;
+use kaustika_sampling::estimator::RunningMean;
 use kaustika_scene::description::*;
 use serde_json::json;
 
@@ -27,8 +29,6 @@ fn plates() -> Stage {
     stage
 }
 
-use kaustika_math::Vec3;
-
 fn floor_below(stage: &mut Stage) {
     let m = stage.diffuse(0.4);
     stage.shape(GeometryDesc::Rectangle, at(0.0, 0.0, -0.4) * scale(4.0, 4.0, 1.0), m);
@@ -52,7 +52,7 @@ fn every_heuristic_has_the_same_mean() {
         for y in 0..4 {
             for x in 0..4 {
                 let tile = |p: &Picture| {
-                    let mut sum = kaustika_sampling::estimator::RunningMean::new();
+                    let mut sum = RunningMean::new();
                     for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
                         sum.merge(p.at(2 * x + dx, 2 * y + dy));
                     }

@@ -86,7 +86,7 @@ fn surfaces_are_the_same() {
                 let grazes = |s: Option<kaustika_scene::Surface>| {
                     s.is_some_and(|s| s.ng.abs_dot(ray.d) < 0.02)
                 };
-                let edge = [&a, &b].iter().any(|s| s.as_ref().is_some_and(|s| near_edge(s)));
+                let edge = [&a, &b].iter().any(|s| s.as_ref().is_some_and(near_edge));
                 assert!(grazes(a) || grazes(b) || edge, "{a:?} {b:?}");
             }
         }

@@ -75,7 +75,7 @@ fn an_interface_is_not_there() {
 fn a_painted_cut_out_has_its_picture_s_holes() {
     let stage = screened(|stage| {
         let black = stage.diffuse(0.0);
-        let stripes = bitmap(8, 1, |x, _| [f32::from((8.0 * x) as u32 % 2 == 0); 3]);
+        let stripes = bitmap(8, 1, |x, _| [f32::from(((8.0 * x) as u32).is_multiple_of(2)); 3]);
         let alpha = texture(stage, stripes, BitmapFilter::Nearest);
         let mut s = shape(GeometryDesc::Rectangle, at(0.0, 0.0, 0.7), black);
         s.alpha = Some(alpha);
