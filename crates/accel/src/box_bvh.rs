@@ -119,6 +119,7 @@ impl BoxBvh {
             root,
             &prepared,
             slack(t_max * to_tree),
+            |_| (),
             |leaf, nearest| {
                 let prim = leaf as u32;
                 // A hit exactly at the best so far counts for a lesser primitive.
@@ -149,7 +150,14 @@ impl BoxBvh {
         let Some(root) = self.root else { return false };
         let Some(prepared) = PreparedRay::new(ray, &self.bounds) else { return false };
         let limit = slack(t_max / prepared.scale);
-        traverse::any::<STACK>(&self.nodes, root, &prepared, limit, |leaf| test(leaf as u32, t_max))
+        traverse::any::<STACK>(
+            &self.nodes,
+            root,
+            &prepared,
+            limit,
+            |_| (),
+            |leaf| test(leaf as u32, t_max),
+        )
     }
 }
 

@@ -6,7 +6,7 @@
 //!
 //! What both promise:
 //! - **No hit is lost.** Box tests are rounded outward (Ize 2013, "Robust BVH Ray Traversal")
-//!   by enough to hold the rounding of the triangle test too; [`ray`](self) has the proof.
+//!   by enough to hold the rounding of the triangle test too; the module `ray` has the proof.
 //! - **Watertight.** The triangle test (Woop, Benthin & Wald 2013, "Watertight Ray/Triangle
 //!   Intersection", JCGT 2(1)) takes the sign of each edge function exactly.
 //! - **One answer.** A query returns what testing every primitive in turn would return, bit for

@@ -16,13 +16,14 @@ pub(crate) const LARGE_STACK: usize = stack_size(crate::builder::MAX_DEPTH);
 
 /// Visits leaves from near to far. `leaf(index, t)` tests what it holds up to distance `t` and
 /// returns the distance beyond which nothing is of interest any more; leaves entered exactly
-/// there are still visited.
+/// there are still visited. `prefetch` is told of children that will have to wait.
 #[inline(always)]
 pub(crate) fn closest<const STACK: usize>(
     nodes: &[Node],
     root: ChildRef,
     ray: &PreparedRay,
     t_max: f32,
+    prefetch: impl Fn(ChildRef),
     mut leaf: impl FnMut(usize, f32) -> f32,
 ) {
     // An entry has the distance in its upper half: as the bits of a positive float, it sorts.
@@ -52,6 +53,7 @@ pub(crate) fn closest<const STACK: usize>(
             let (second, last) = next();
             if last {
                 stack[size] = first.max(second);
+                prefetch(ChildRef(stack[size] as u32));
                 size += 1;
                 current = ChildRef(first.min(second) as u32);
                 continue;
@@ -59,10 +61,13 @@ pub(crate) fn closest<const STACK: usize>(
             let base = size;
             stack[size] = first.max(second);
             stack[size + 1] = first.min(second);
+            prefetch(ChildRef(first as u32));
+            prefetch(ChildRef(second as u32));
             size += 2;
             loop {
                 // Insert: the nearest comes last.
                 let (key, last) = next();
+                prefetch(ChildRef(key as u32));
                 let mut i = size;
                 while i > base && stack[i - 1] < key {
                     stack[i] = stack[i - 1];
@@ -102,6 +107,7 @@ pub(crate) fn any<const STACK: usize>(
     root: ChildRef,
     ray: &PreparedRay,
     t_max: f32,
+    prefetch: impl Fn(ChildRef),
     mut leaf: impl FnMut(usize) -> bool,
 ) -> bool {
     let mut stack = [0u32; STACK];
@@ -117,7 +123,9 @@ pub(crate) fn any<const STACK: usize>(
             let node = &nodes[current.index()];
             let (mut hits, _) = node.intersect(ray, t_max);
             while hits != 0 {
-                stack[size] = node.child(hits.trailing_zeros() as usize).0;
+                let child = node.child(hits.trailing_zeros() as usize);
+                prefetch(child);
+                stack[size] = child.0;
                 size += 1;
                 hits &= hits - 1;
             }

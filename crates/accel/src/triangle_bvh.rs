@@ -62,16 +62,8 @@ impl TriangleBvh {
             .with_min_len(1 << 14)
             .map(PrimRef::bounds)
             .reduce(|| Bounds3::EMPTY, Bounds3::union);
-        let costs = Costs {
-            leaf_size: BLOCK,
-            leaf: if options.leaf_cost > 0.0 {
-                options.leaf_cost
-            } else {
-                BuildOptions::default().leaf_cost
-            },
-            bins: options.bins.clamp(2, 32),
-            scale: unit_scale(&bounds),
-        };
+        let BuildOptions { bins, leaf_cost } = options.in_range();
+        let costs = Costs { leaf_size: BLOCK, leaf: leaf_cost, bins, scale: unit_scale(&bounds) };
         let mut leaves = Vec::new();
         let tree = WideTree::build(&mut refs, &costs, |range, first| {
             leaves.push(first..first + range.len());
@@ -161,6 +153,16 @@ impl TriangleBvh {
         }
     }
 
+    /// Pays once the tree is larger than the caches.
+    #[inline(always)]
+    fn prefetch(&self, child: ChildRef) {
+        if child.is_leaf() {
+            crate::simd::prefetch(&self.blocks, child.index())
+        } else {
+            crate::simd::prefetch(&self.nodes, child.index())
+        }
+    }
+
     #[cfg(test)]
     pub(crate) fn is_same_tree(&self, o: &TriangleBvh) -> bool {
         self.nodes == o.nodes && self.blocks == o.blocks && self.root == o.root
@@ -179,25 +181,32 @@ impl TriangleBvh {
         let t_max = t_max / scale;
         let mut best = TriangleHit { t: t_max, prim: 0, b: [0.0; 3] };
         let mut found = false;
-        traverse::closest::<STACK>(&self.nodes, root, &prepared, t_max, |leaf, nearest| {
-            let block = &self.blocks[leaf];
-            let Some(mut hits) = block.intersect(&prepared, nearest) else {
-                return nearest;
-            };
-            while hits.lanes != 0 {
-                let lane = hits.lanes.trailing_zeros() as usize;
-                hits.lanes &= hits.lanes - 1;
-                let (t, prim) = (hits.t(lane), block.prim(lane));
-                if t < best.t || found && t == best.t && prim < best.prim {
-                    let b = hits.b(lane);
-                    if accept(&TriangleHit { t: t * scale, prim, b }) {
-                        best = TriangleHit { t, prim, b };
-                        found = true;
+        traverse::closest::<STACK>(
+            &self.nodes,
+            root,
+            &prepared,
+            t_max,
+            |c| self.prefetch(c),
+            |leaf, nearest| {
+                let block = &self.blocks[leaf];
+                let Some(mut hits) = block.intersect(&prepared, nearest) else {
+                    return nearest;
+                };
+                while hits.lanes != 0 {
+                    let lane = hits.lanes.trailing_zeros() as usize;
+                    hits.lanes &= hits.lanes - 1;
+                    let (t, prim) = (hits.t(lane), block.prim(lane));
+                    if t < best.t || found && t == best.t && prim < best.prim {
+                        let b = hits.b(lane);
+                        if accept(&TriangleHit { t: t * scale, prim, b }) {
+                            best = TriangleHit { t, prim, b };
+                            found = true;
+                        }
                     }
                 }
-            }
-            best.t
-        });
+                best.t
+            },
+        );
         best.t *= scale;
         found.then_some(best)
     }
@@ -213,22 +222,30 @@ impl TriangleBvh {
         let Some(prepared) = PreparedRay::new(ray, &self.bounds) else { return false };
         let scale = prepared.scale;
         let t_max = t_max / scale;
-        traverse::any::<STACK>(&self.nodes, root, &prepared, t_max, |leaf| {
-            let block = &self.blocks[leaf];
-            let Some(mut hits) = block.intersect(&prepared, t_max) else { return false };
-            while hits.lanes != 0 {
-                let lane = hits.lanes.trailing_zeros() as usize;
-                hits.lanes &= hits.lanes - 1;
-                let t = hits.t(lane);
-                if t < t_max {
-                    let hit = TriangleHit { t: t * scale, prim: block.prim(lane), b: hits.b(lane) };
-                    if accept(&hit) {
-                        return true;
+        traverse::any::<STACK>(
+            &self.nodes,
+            root,
+            &prepared,
+            t_max,
+            |c| self.prefetch(c),
+            |leaf| {
+                let block = &self.blocks[leaf];
+                let Some(mut hits) = block.intersect(&prepared, t_max) else { return false };
+                while hits.lanes != 0 {
+                    let lane = hits.lanes.trailing_zeros() as usize;
+                    hits.lanes &= hits.lanes - 1;
+                    let t = hits.t(lane);
+                    if t < t_max {
+                        let hit =
+                            TriangleHit { t: t * scale, prim: block.prim(lane), b: hits.b(lane) };
+                        if accept(&hit) {
+                            return true;
+                        }
                     }
                 }
-            }
-            false
-        })
+                false
+            },
+        )
     }
 }
 

@@ -2,11 +2,18 @@
 //!
 //! The way of data is one straight line: [`load`] reads a file into a description,
 //! [`Setup::new`] builds the scene and the frame, a [`transport::Session`] runs passes of a
-//! method, [`output`] makes pictures of them.
+//! method, [`output`] makes pictures of them. Between two passes a [`checkpoint`] holds all that
+//! is needed to go on, here or on another machine.
 
+pub mod builtin;
+pub mod checkpoint;
+pub mod environment;
+pub mod fingerprint;
 pub mod load;
 pub mod output;
+pub mod record;
 pub mod setup;
+pub mod stats;
 
 pub use kaustika_accel as accel;
 pub use kaustika_film as film;
@@ -17,5 +24,8 @@ pub use kaustika_scene as scene;
 pub use kaustika_spectra as spectra;
 pub use kaustika_transport as transport;
 
+pub use checkpoint::Checkpoint;
+pub use environment::Environment;
 pub use load::load;
-pub use setup::{RenderOptions, Setup};
+pub use record::Record;
+pub use setup::{Crop, RenderOptions, Setup, SetupError};

@@ -1,16 +1,19 @@
 //! From a description and the user's choices to something that can render.
 
+use crate::fingerprint;
+use crate::record::Record;
 use kaustika_film::FilterDesc;
 use kaustika_film::accumulate::{Feature, Layers};
 use kaustika_math::Vec2;
 use kaustika_sampling::{SamplerConfig, SamplerKind};
 use kaustika_scene::description::{FilterChoice, SceneDescription, SourceFormat};
-use kaustika_scene::{LightSelectionKind, Scene, SceneOptions};
+use kaustika_scene::{BuildError, LightSelectionKind, Scene, SceneOptions};
 use kaustika_spectra::{ColorMode, ColorSpace, Sensor};
 use kaustika_transport::Frame;
 use kaustika_transport::method::Method;
 use kaustika_transport::registry;
 use serde_json::{Map, Value};
+use thiserror::Error;
 
 /// What the user chose; `None` and empty leave the file's value or the default.
 #[derive(Clone, Debug, Default)]
@@ -25,8 +28,8 @@ pub struct RenderOptions {
     pub camera: Option<String>,
     /// Width and height.
     pub resolution: Option<[u32; 2]>,
-    /// Pixels rendered: x0, y0, x1, y1, end exclusive.
-    pub crop: Option<[u32; 4]>,
+    /// Part of the picture to render.
+    pub crop: Option<Crop>,
     /// Sampler.
     pub sampler: Option<SamplerKind>,
     /// Reconstruction filter.
@@ -39,6 +42,27 @@ pub struct RenderOptions {
     pub features: Vec<Feature>,
     /// How lights are chosen.
     pub light_sampler: Option<LightSelectionKind>,
+}
+
+/// A part of the picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Crop {
+    /// x0, y0, x1, y1 in pixels, end exclusive; what lies outside the picture is cut off.
+    Pixels([u32; 4]),
+    /// x0, y0, x1, y1 in fractions of the picture (pbrt's crop window, its order of numbers
+    /// apart): the pixels from ⌈w x0⌉ up to ⌈w x1⌉.
+    Fractions([f32; 4]),
+}
+
+/// Why nothing can be rendered.
+#[derive(Clone, Debug, Error)]
+pub enum SetupError {
+    /// The scene is at fault.
+    #[error(transparent)]
+    Scene(#[from] BuildError),
+    /// A choice of the user does not exist or does not fit; the text lists what does.
+    #[error("{0}")]
+    Choice(String),
 }
 
 /// A scene, a frame and a method that fit each other.
@@ -55,6 +79,8 @@ pub struct Setup {
     pub seed: u64,
     /// Parameters the method was made with, for the record.
     pub parameters: Map<String, Value>,
+    /// What decides the picture's bits.
+    pub record: Record,
 }
 
 /// Samples a pixel when nobody says how many.
@@ -63,21 +89,56 @@ const DEFAULT_SPP: u64 = 64;
 const MAX_PIXELS: u64 = 1 << 28;
 
 impl Setup {
-    /// Builds everything; the error is a message for the user.
+    /// Builds everything.
     ///
     /// # Errors
     /// If the description or the options can't be rendered.
-    pub fn new(description: &SceneDescription, options: &RenderOptions) -> Result<Setup, String> {
+    pub fn new(
+        description: &SceneDescription,
+        options: &RenderOptions,
+    ) -> Result<Setup, SetupError> {
+        // Cheap questions first: building a scene may take minutes.
+        let name = options.method.as_deref().unwrap_or("path");
+        let entry = find_method(name)?;
+        let parameters = parameters(description, &(entry.parameters)(), &options.parameters);
+        let method = (entry.make)(&parameters)
+            .map_err(|e| SetupError::Choice(format!("method `{name}`: {e}")))?;
+
         let camera_number = choose_camera(description, options.camera.as_deref())?;
         let camera = &description.cameras[camera_number];
         let resolution = options.resolution.unwrap_or(camera.film.resolution);
         let pixels = resolution[0] as u64 * resolution[1] as u64;
         if pixels == 0 || pixels > MAX_PIXELS {
             let [w, h] = resolution;
-            return Err(format!(
+            return Err(SetupError::Choice(format!(
                 "a picture of {w} x {h} pixels can't be rendered; choose at least 1 x 1 and at most 2^28 pixels in all"
-            ));
+            )));
         }
+
+        let spp = options.spp.or(camera.spp).unwrap_or(DEFAULT_SPP);
+        let seed = options.seed.unwrap_or(camera.seed);
+        let kind = options
+            .sampler
+            .or_else(|| camera.sampler.as_deref().and_then(|s| s.parse().ok()))
+            .unwrap_or(SamplerKind::Sobol);
+        let filter = options.filter.unwrap_or_else(|| filter_of(&camera.film.filter));
+        if let Some(defect) = filter.defect() {
+            let message = format!("the reconstruction filter can't be used: {defect}");
+            return Err(SetupError::Choice(message));
+        }
+        let mut frame =
+            Frame::new(resolution, filter, SamplerConfig { kind, seed, spp, resolution });
+        let of_file = camera.film.crop.filter(|_| options.resolution.is_none());
+        if let Some(crop) = options.crop.or(of_file.map(Crop::Pixels)) {
+            frame.region = checked_crop(crop, resolution)?;
+        }
+        let white = camera.film.white_balance.map(kaustika_spectra::daylight_chromaticity);
+        frame.sensor = Sensor::new(ColorSpace::Srgb, camera.film.imaging_ratio, white);
+        frame.max_component = camera.film.max_component;
+        let mut features = options.features.clone();
+        features.extend(camera.film.aovs.iter().filter_map(|a| a.parse::<Feature>().ok()));
+        frame.layers = Layers::new(&features);
+
         let mode = options.mode.unwrap_or(match description.format {
             SourceFormat::Pbrt => ColorMode::Spectral,
             _ => ColorMode::Rgb,
@@ -88,46 +149,57 @@ impl Setup {
             resolution: Some(resolution),
             light_selection: options.light_sampler,
         };
-        let scene = Scene::build(description, &scene_options).map_err(|e| e.to_string())?;
-
-        let spp = options.spp.or(camera.spp).unwrap_or(DEFAULT_SPP);
-        let seed = options.seed.unwrap_or(camera.seed);
-        let kind = options
-            .sampler
-            .or_else(|| camera.sampler.as_deref().and_then(|s| s.parse().ok()))
-            .unwrap_or(SamplerKind::Sobol);
-        let filter = options.filter.unwrap_or_else(|| filter_of(&camera.film.filter));
-        if let Some(defect) = filter.defect() {
-            return Err(format!("the reconstruction filter can't be used: {defect}"));
-        }
-        let config = SamplerConfig { kind, seed, spp, resolution };
-        let mut frame = Frame::new(resolution, filter, config);
-        let crop = options.crop.or(camera.film.crop.filter(|_| options.resolution.is_none()));
-        if let Some(crop) = crop {
-            frame.region = checked_crop(crop, resolution)?;
-        }
-        let white = camera.film.white_balance.map(kaustika_spectra::daylight_chromaticity);
-        frame.sensor = Sensor::new(ColorSpace::Srgb, camera.film.imaging_ratio, white);
-        frame.max_component = camera.film.max_component;
-        let mut features = options.features.clone();
-        features.extend(camera.film.aovs.iter().filter_map(|a| a.parse::<Feature>().ok()));
-        frame.layers = Layers::new(&features);
-
-        let name = options.method.as_deref().unwrap_or("path");
-        let entry = registry::find(name).ok_or_else(|| {
-            let known: Vec<_> = registry::ALL.iter().map(|e| e.info.name).collect();
-            format!("unknown method `{name}`; known: {}", known.join(", "))
-        })?;
-        let parameters = parameters(description, &(entry.parameters)(), &options.parameters);
-        let method = (entry.make)(&parameters).map_err(|e| format!("method `{name}`: {e}"))?;
-        Ok(Setup { scene, frame, method, spp, seed, parameters })
+        let scene = Scene::build(description, &scene_options)?;
+        let main_file = description.sources.files.first();
+        let record = Record {
+            version: env!("CARGO_PKG_VERSION").into(),
+            scene: main_file.map_or("built-in".into(), |f| f.path.display().to_string()),
+            fingerprint: fingerprint::of_scene(description),
+            method: name.into(),
+            parameters: parameters.clone(),
+            mode: format!("{mode:?}").to_lowercase(),
+            camera: camera_number,
+            resolution,
+            region: frame.region,
+            sampler: kind.name().into(),
+            planned_spp: depends_on_plan(kind).then_some(spp),
+            seed,
+            filter: filter.to_string(),
+            light_sampler: options.light_sampler.map(|l| format!("{l:?}").to_lowercase()),
+            layers: frame.layers.features().iter().map(Feature::to_string).collect(),
+            world_to_camera: camera.transform.inv,
+        };
+        Ok(Setup { scene, frame, method, spp, seed, parameters, record })
     }
 }
 
-fn choose_camera(description: &SceneDescription, wanted: Option<&str>) -> Result<usize, String> {
+/// The method's entry in the registry.
+///
+/// # Errors
+/// If there is none of this name; the message lists them.
+pub fn find_method(name: &str) -> Result<&'static registry::Entry, SetupError> {
+    registry::find(name).ok_or_else(|| {
+        let known: Vec<_> = registry::ALL.iter().map(|e| e.info.name).collect();
+        SetupError::Choice(format!("unknown method `{name}`; known: {}", known.join(", ")))
+    })
+}
+
+/// True if another planned number of samples gives other points.
+fn depends_on_plan(kind: SamplerKind) -> bool {
+    match kind {
+        SamplerKind::Independent | SamplerKind::Halton | SamplerKind::Sobol => false,
+        SamplerKind::Stratified | SamplerKind::ZSobol | SamplerKind::Pmj02 => true,
+    }
+}
+
+fn choose_camera(
+    description: &SceneDescription,
+    wanted: Option<&str>,
+) -> Result<usize, SetupError> {
     let cameras = &description.cameras;
     if cameras.is_empty() {
-        return Err("the scene has no camera".into());
+        let message = "the scene has no camera".into();
+        return Err(SetupError::Scene(BuildError { message, span: None }));
     }
     let Some(wanted) = wanted else { return Ok(0) };
     if let Some(i) = cameras.iter().position(|c| c.name == wanted) {
@@ -141,21 +213,26 @@ fn choose_camera(description: &SceneDescription, wanted: Option<&str>) -> Result
                 .enumerate()
                 .map(|(i, c)| if c.name.is_empty() { i.to_string() } else { c.name.clone() })
                 .collect();
-            Err(format!("no camera `{wanted}`; known: {}", known.join(", ")))
+            Err(SetupError::Choice(format!("no camera `{wanted}`; known: {}", known.join(", "))))
         }
     }
 }
 
-fn checked_crop(c: [u32; 4], [w, h]: [u32; 2]) -> Result<[u32; 4], String> {
-    let crop = [c[0].min(w), c[1].min(h), c[2].min(w), c[3].min(h)];
-    if crop[0] < crop[2] && crop[1] < crop[3] {
-        Ok(crop)
-    } else {
-        Err(format!(
-            "the crop window {},{},{},{} is empty within {w} x {h} pixels",
-            c[0], c[1], c[2], c[3]
-        ))
+fn checked_crop(crop: Crop, [w, h]: [u32; 2]) -> Result<[u32; 4], SetupError> {
+    let c = match crop {
+        Crop::Pixels(c) => c,
+        Crop::Fractions(f) => {
+            let edge = |f: f32, n: u32| (f * n as f32).ceil().max(0.0) as u32;
+            [edge(f[0], w), edge(f[1], h), edge(f[2], w), edge(f[3], h)]
+        }
+    };
+    let cut = [c[0].min(w), c[1].min(h), c[2].min(w), c[3].min(h)];
+    if cut[0] < cut[2] && cut[1] < cut[3] {
+        return Ok(cut);
     }
+    let [x0, y0, x1, y1] = c;
+    let message = format!("the crop window {x0},{y0},{x1},{y1} is empty within {w} x {h} pixels");
+    Err(SetupError::Choice(message))
 }
 
 /// The filter that a file asks for.

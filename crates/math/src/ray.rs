@@ -47,9 +47,16 @@ pub fn offset_origin(p: Vec3, p_error: Vec3, n: Vec3, d: Vec3) -> Vec3 {
     Vec3::new(away(q.x, offset.x), away(q.y, offset.y), away(q.z, offset.z))
 }
 
-/// Error bound of a point interpolated in a triangle with corners `p0`, `p1`, `p2` at
-/// barycentric weights `b0`, `b1`, `b2`: γ₇ Σ|bᵢ pᵢ| (Pharr et al. 2023, sec. 6.8.5).
+/// Error bound of a point interpolated in a triangle with corners `p` at barycentric weights
+/// `b`, for the origin of a ray that must not meet the same triangle again.
+///
+/// γ₇ Σ|bᵢ pᵢ| bounds the point's own rounding (Pharr et al. 2023, sec. 6.8.5); the term in the
+/// triangle's extent bounds the error of the distance at which an intersection test, which works
+/// with corners relative to the ray's origin, sees the triangle's plane (sec. 6.8.7). Without it
+/// a large triangle in a coordinate plane, whose points are almost exact, meets its own rays.
 #[inline]
 pub fn triangle_point_error(p: [Vec3; 3], b: [f32; 3]) -> Vec3 {
-    ((p[0] * b[0]).abs() + (p[1] * b[1]).abs() + (p[2] * b[2]).abs()) * gamma(7)
+    let rounding = ((p[0] * b[0]).abs() + (p[1] * b[1]).abs() + (p[2] * b[2]).abs()) * gamma(7);
+    let extent = (p[1] - p[0]).abs().max((p[2] - p[0]).abs()).max_component();
+    rounding + Vec3::splat(extent * gamma(6))
 }

@@ -2,7 +2,8 @@
 
 use crate::camera::Camera;
 use crate::description::{
-    EmissionDesc, GeometryDesc, MaterialModel, SceneDescription, ShapeDesc, TextureId, TriMesh,
+    EmissionDesc, GeometryDesc, MaterialModel, SceneDescription, ShapeDesc, SourceFormat,
+    TextureId, TriMesh,
 };
 use crate::error::BuildError;
 use crate::geometry::{Geometry, Group, Instance};
@@ -130,6 +131,10 @@ impl Scene {
             mode: options.mode,
             center,
             radius: (radius * 1.001).max(1e-3),
+            footprint_scale: match description.format {
+                SourceFormat::Mitsuba3 => 0.0,
+                _ => 0.125,
+            },
             format: description.format,
         };
         scene.normalise_powers(&gathered.emissions);
@@ -143,7 +148,7 @@ impl Scene {
         let kind = options.light_selection.or_else(|| {
             description.integrator.light_sampler.as_deref().and_then(|s| s.parse().ok())
         });
-        let kind = kind.unwrap_or_else(|| LightSelectionKind::for_lights(scene.lights.len()));
+        let kind = kind.unwrap_or_else(|| LightSelectionKind::for_lights(&scene.lights));
         scene.light_selection = LightSelection::new(kind, &scene);
         Ok(scene)
     }

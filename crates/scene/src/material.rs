@@ -2,17 +2,20 @@
 //! flat list of a [`Bsdf`].
 
 use crate::bsdf::{
-    Bsdf, Conductor, ConductorFresnel, Dielectric, Diffuse, Masking, Microfacet, Model, Null, Part,
-    Plastic, PlasticCoat, RoughPlastic, RoughTransmittance, ThinDielectric,
+    self, Bsdf, CoatedConductor, CoatedDiffuse, Conductor, ConductorFresnel, Dielectric, Diffuse,
+    DiffuseTransmission, Masking, Microfacet, Model, Null, OrenNayar, Part, Phong, Plastic,
+    PlasticCoat, Principled, PrincipledParameters, PrincipledThin, PrincipledThinParameters,
+    RoughPlastic, RoughTransmittance, ThinDielectric, Ward,
 };
 use crate::description::{
-    ConductorColor, IorDesc, MaterialId, MaterialModel, RoughnessDesc, SceneDescription,
-    SourceFormat, TextureId,
+    CoatDesc, ConductorColor, IorDesc, MaterialId, MaterialModel, PrincipledDesc, RoughnessDesc,
+    SceneDescription, SourceFormat, TextureId,
 };
 use crate::surface::Surface;
 use crate::texture::{TexturePoint, Textures};
-use kaustika_math::{Frame, Vec3};
+use kaustika_math::{Frame, Vec3, mix_bits};
 use kaustika_spectra::{ColorMode, Spectrum, Wavelengths};
+use std::f32::consts::FRAC_1_SQRT_2;
 
 /// All materials of a scene.
 #[derive(Debug, Default)]
@@ -87,6 +90,55 @@ impl Hit<'_, '_> {
             return Microfacet::smooth();
         }
         Microfacet::new(r.distribution, u, v).with_masking(masking)
+    }
+
+    fn coat(&mut self, c: &CoatDesc, masking: Masking) -> bsdf::Coat {
+        bsdf::Coat {
+            ior: self.ior(&c.ior),
+            surface: self.microfacet(&c.roughness, masking),
+            thickness: self.float(c.thickness).max(0.0),
+            albedo: self.spectrum(c.albedo),
+            g: self.float(c.g).clamp(-0.999, 0.999),
+            max_depth: c.max_depth,
+            samples: c.samples,
+            salt: place_hash(self.surface.p),
+        }
+    }
+
+    fn principled(&self, d: &PrincipledDesc) -> Model<'static> {
+        let base_color = self.spectrum(d.base_color);
+        let base_luminance = base_color.luminance(self.lambda);
+        let unit = |id| self.float(id).clamp(0.0, 1.0);
+        if d.thin {
+            return Model::PrincipledThin(PrincipledThin::new(PrincipledThinParameters {
+                base_color,
+                base_luminance,
+                roughness: unit(d.roughness),
+                anisotropic: unit(d.anisotropic),
+                spec_trans: unit(d.spec_trans),
+                diff_trans: self.float(d.diff_trans).clamp(0.0, 2.0),
+                eta: d.eta,
+                spec_tint: unit(d.spec_tint),
+                sheen: unit(d.sheen),
+                sheen_tint: unit(d.sheen_tint),
+                flatness: unit(d.flatness),
+            }));
+        }
+        Model::Principled(Principled::new(PrincipledParameters {
+            base_color,
+            base_luminance,
+            roughness: unit(d.roughness),
+            anisotropic: unit(d.anisotropic),
+            metallic: unit(d.metallic),
+            spec_trans: unit(d.spec_trans),
+            eta: d.eta,
+            spec_tint: unit(d.spec_tint),
+            sheen: unit(d.sheen),
+            sheen_tint: unit(d.sheen_tint),
+            flatness: unit(d.flatness),
+            clearcoat: unit(d.clearcoat),
+            clearcoat_gloss: unit(d.clearcoat_gloss),
+        }))
     }
 
     fn conductor(&self, color: &ConductorColor) -> ConductorFresnel {
@@ -217,10 +269,54 @@ impl Materials {
                     _ => Model::Diffuse(Diffuse { reflectance: diffuse }),
                 }
             }
-            _ => Model::Null(Null),
+            M::DiffuseTransmission { reflectance, transmittance, scale } => {
+                Model::DiffuseTransmission(DiffuseTransmission {
+                    reflectance: hit.spectrum(*reflectance) * *scale,
+                    transmittance: hit.spectrum(*transmittance) * *scale,
+                })
+            }
+            M::OrenNayar { reflectance, alpha, fast } => Model::OrenNayar(OrenNayar {
+                reflectance: hit.spectrum(*reflectance),
+                // Mitsuba's alpha is the root mean square slope times √2.
+                sigma: hit.float(*alpha).max(0.0) * FRAC_1_SQRT_2,
+                fast: *fast,
+            }),
+            M::Phong { diffuse_reflectance, specular_reflectance, exponent } => {
+                Model::Phong(Phong {
+                    diffuse: hit.spectrum(*diffuse_reflectance),
+                    specular: hit.spectrum(*specular_reflectance),
+                    exponent: hit.float(*exponent).max(0.0),
+                })
+            }
+            M::Ward { variant, diffuse_reflectance, specular_reflectance, alpha_u, alpha_v } => {
+                Model::Ward(Ward::new(
+                    *variant,
+                    hit.spectrum(*diffuse_reflectance),
+                    hit.spectrum(*specular_reflectance),
+                    hit.float(*alpha_u),
+                    hit.float(*alpha_v),
+                ))
+            }
+            M::Principled(desc) => hit.principled(desc),
+            M::CoatedDiffuse { reflectance, coat } => {
+                let coat = hit.coat(coat, self.masking);
+                Model::CoatedDiffuse(CoatedDiffuse::new(hit.spectrum(*reflectance), coat))
+            }
+            M::CoatedConductor { color, base_roughness, coat } => {
+                let coat = hit.coat(coat, self.masking);
+                let base = hit.microfacet(base_roughness, self.masking);
+                Model::CoatedConductor(CoatedConductor::new(hit.conductor(color), base, coat))
+            }
+            M::Null { .. } => Model::Null(Null),
         };
         out.push(place.part(model, place.weight));
     }
+}
+
+/// A number that tells points apart.
+fn place_hash(p: Vec3) -> u64 {
+    let bits = |v: f32| v.to_bits() as u64;
+    mix_bits(bits(p.x) ^ mix_bits(bits(p.y) ^ mix_bits(bits(p.z))))
 }
 
 /// The tables of a plastic.

@@ -50,6 +50,9 @@ pub struct Scene {
     pub center: Vec3,
     /// Its radius, at least a little more than 0.
     pub radius: f32,
+    /// Factor of the pixel footprints that textures filter over: an eighth of a pixel, as pbrt
+    /// does from 64 samples on, or 0 where the scene's own renderer does not filter.
+    pub footprint_scale: f32,
     /// Format the scene came from.
     pub format: SourceFormat,
 }

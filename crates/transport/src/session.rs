@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 pub struct Budget {
     /// Stop before this pass; passes are numbered from 0.
     pub end_pass: Option<u64>,
-    /// Stop after this time.
+    /// Stop after this time, but not without any pass.
     pub time: Option<Duration>,
     /// Stop when 95 % of the pixels have an estimated relative error of at most this.
     pub noise: Option<f32>,
@@ -53,6 +53,8 @@ pub trait Observer {
 pub struct Outcome {
     /// True if it was cancelled before the budget was met.
     pub cancelled: bool,
+    /// True if it ended because the noise asked for was reached.
+    pub reached_noise: bool,
     /// Time spent in passes.
     pub elapsed: Duration,
     /// Passes of this run.
@@ -75,6 +77,8 @@ pub struct Session<'a> {
     pub tree: PassTree,
     /// First pass of this share.
     pub first_pass: u64,
+    /// True once the method is ready for its first pass.
+    is_prepared: bool,
 }
 
 impl<'a> Session<'a> {
@@ -82,10 +86,24 @@ impl<'a> Session<'a> {
     pub fn new(scene: &'a Scene, frame: &'a Frame, method: Box<dyn Method>) -> Session<'a> {
         let [width, height] = frame.size();
         let tree = PassTree::new(width, height, frame.layers.clone());
-        Session { scene, frame, method, tree, first_pass: 0 }
+        Session { scene, frame, method, tree, first_pass: 0, is_prepared: false }
     }
 
-    /// Renders until the budget is met or the workers are cancelled.
+    /// Makes the method ready for its first pass, once; [`Session::run`] does so by itself. To
+    /// go on from a saved state, prepare, then [`Method::load`].
+    ///
+    /// # Errors
+    /// If the method can't render this scene, or is cancelled.
+    pub fn prepare(&mut self, workers: &Workers) -> Result<(), RenderError> {
+        if !self.is_prepared {
+            self.method.prepare(self.scene, self.frame, workers)?;
+            self.is_prepared = true;
+        }
+        Ok(())
+    }
+
+    /// Renders until the budget is met or the workers are cancelled. May be called again to go
+    /// on with another budget.
     ///
     /// # Errors
     /// If the method can't go on. Passes committed before stay in `tree`.
@@ -98,12 +116,13 @@ impl<'a> Session<'a> {
         let start = Instant::now();
         let mut outcome = Outcome {
             cancelled: false,
+            reached_noise: false,
             elapsed: Duration::ZERO,
             fresh: 0,
             stats: PassStats::default(),
             error: None,
         };
-        self.method.prepare(self.scene, self.frame, workers)?;
+        self.prepare(workers)?;
         let end = match (budget.end_pass, budget.time, budget.noise) {
             (Some(end), ..) => Some(end),
             (None, None, None) => Some(self.first_pass + 1),
@@ -111,9 +130,9 @@ impl<'a> Session<'a> {
         };
         loop {
             let pass = self.tree.next_missing(self.first_pass);
-            if end.is_some_and(|end| pass >= end)
-                || budget.time.is_some_and(|t| start.elapsed() >= t)
-            {
+            // However short the time, a picture comes of it.
+            let is_late = budget.time.is_some_and(|t| start.elapsed() >= t);
+            if end.is_some_and(|end| pass >= end) || (is_late && self.tree.passes() > 0) {
                 break;
             }
             let [width, height] = self.frame.size();
@@ -146,6 +165,7 @@ impl<'a> Session<'a> {
                 outcome.error = self.tree.total().map(|t| relative_error(&t, &self.tree));
                 let reached = |e: RelativeError| budget.noise.is_some_and(|n| e.p95 <= n);
                 if passes >= 16 && outcome.error.is_some_and(reached) {
+                    outcome.reached_noise = true;
                     break;
                 }
             }

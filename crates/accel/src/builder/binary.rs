@@ -106,7 +106,9 @@ fn build_node(
         node.costs[0] = [area * costs.leaf; WIDTH - 1];
         return;
     }
-    let split = if depth < MAX_SAH_DEPTH { find_split(refs, extent, costs) } else { None };
+    // Two primitives part in one way only.
+    let by_cost = refs.len() > 2 && depth < MAX_SAH_DEPTH;
+    let split = if by_cost { find_split(refs, extent, costs) } else { None };
     let (left_count, left, right) = match split {
         Some(split) => partition(refs, scratch, &split),
         None => halve(refs, extent),
@@ -137,7 +139,7 @@ fn halve(refs: &mut [PrimRef], extent: &Extent) -> (usize, Extent, Extent) {
     let middle = refs.len() / 2;
     let spread: [f32; 4] = std::array::from_fn(|i| extent.centroids.hi[i] - extent.centroids.lo[i]);
     let axis = (0..3).fold(0, |a, b| if spread[b] > spread[a] { b } else { a });
-    if spread[axis] > 0.0 {
+    if refs.len() > 2 && spread[axis] > 0.0 {
         refs.select_nth_unstable_by(middle, |a, b| {
             let key = |r: &PrimRef| r.centroid()[axis];
             key(a).total_cmp(&key(b)).then(a.prim().cmp(&b.prim()))

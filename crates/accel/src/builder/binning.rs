@@ -23,7 +23,8 @@ pub(super) struct Split {
 impl Split {
     #[inline(always)]
     pub(super) fn is_left(&self, r: &PrimRef) -> bool {
-        self.map.bins(r)[self.axis] < self.bin
+        let axis = self.axis % 3;
+        self.map.bin(r.lo[axis] + r.hi[axis], axis) < self.bin
     }
 }
 
@@ -45,42 +46,87 @@ impl BinMap {
         BinMap { origin: centroids.lo, scale, last: bins as i32 - 1 }
     }
 
+    /// The bin along `axis` of a primitive whose doubled centre is at `c` there.
+    #[inline(always)]
+    fn bin(&self, c: f32, axis: usize) -> u32 {
+        // Adding 1.5·2²³ rounds to a whole number and leaves it in the low bits: cheaper than a
+        // conversion, which has to saturate. Nonsense cannot occur, and would be clamped.
+        const ROUND: f32 = 12_582_912.0;
+        let x = (c - self.origin[axis]) * self.scale[axis] - 0.5;
+        let whole = (x + ROUND).to_bits().wrapping_sub(ROUND.to_bits()) as i32;
+        whole.clamp(0, self.last) as u32
+    }
+
     #[inline(always)]
     fn bins(&self, r: &PrimRef) -> [u32; 4] {
         let c = r.centroid();
-        std::array::from_fn(|i| {
-            (((c[i] - self.origin[i]) * self.scale[i]) as i32).clamp(0, self.last) as u32
-        })
+        std::array::from_fn(|i| self.bin(c[i], i))
     }
 }
 
-struct Bins {
-    boxes: [[Box4; MAX_BINS]; 3],
-    counts: [[u32; MAX_BINS]; 3],
+/// Up to `N` bins along each axis.
+struct Bins<const N: usize> {
+    boxes: [[Box4; N]; 3],
+    counts: [[u32; N]; 3],
 }
 
-impl Bins {
-    fn fill(refs: &[PrimRef], map: &BinMap) -> Bins {
-        let mut bins = Bins { boxes: [[Box4::EMPTY; MAX_BINS]; 3], counts: [[0; MAX_BINS]; 3] };
+impl<const N: usize> Bins<N> {
+    const EMPTY: Self = Bins { boxes: [[Box4::EMPTY; N]; 3], counts: [[0; N]; 3] };
+
+    #[inline(always)]
+    fn fill(&mut self, refs: &[PrimRef], map: &BinMap) {
         for r in refs {
-            let b = map.bins(r);
-            for axis in 0..3 {
-                let k = b[axis] as usize % MAX_BINS;
-                bins.boxes[axis][k].grow(&r.lo, &r.hi);
-                bins.counts[axis][k] += 1;
+            let [x, y, z, _] = map.bins(r);
+            for (axis, bin) in [x, y, z].into_iter().enumerate() {
+                let k = bin as usize % N;
+                self.boxes[axis][k].grow(&r.lo, &r.hi);
+                self.counts[axis][k] += 1;
             }
         }
-        bins
     }
 
-    fn merge(mut self, o: Bins) -> Bins {
+    fn merge(mut self, o: Self) -> Self {
         for axis in 0..3 {
-            for k in 0..MAX_BINS {
+            for k in 0..N {
                 self.boxes[axis][k].merge(&o.boxes[axis][k]);
                 self.counts[axis][k] += o.counts[axis][k];
             }
         }
         self
+    }
+
+    /// The cheapest of the planes between the first `count` bins of each axis.
+    #[inline(always)]
+    fn best_split(&self, count: usize, map: BinMap, costs: &Costs) -> Option<Split> {
+        let mut best = (f32::INFINITY, 0, 0);
+        for axis in 0..3 {
+            if map.scale[axis] == 0.0 {
+                continue;
+            }
+            let (boxes, counts) = (&self.boxes[axis][..count], &self.counts[axis][..count]);
+            // Cost of the primitives right of each plane, then add what lies left of it.
+            let mut right_costs = [f32::INFINITY; N];
+            let (mut right, mut n) = (Box4::EMPTY, 0);
+            for k in (1..count).rev() {
+                right.merge(&boxes[k]);
+                n += counts[k];
+                if n > 0 {
+                    right_costs[k] = right.half_area(costs.scale) * n as f32;
+                }
+            }
+            let (mut left, mut n) = (Box4::EMPTY, 0);
+            for (k, right_cost) in right_costs[..count].iter().enumerate().skip(1) {
+                left.merge(&boxes[k - 1]);
+                n += counts[k - 1];
+                if n > 0 {
+                    let cost = left.half_area(costs.scale) * n as f32 + right_cost;
+                    if cost < best.0 {
+                        best = (cost, axis, k);
+                    }
+                }
+            }
+        }
+        (best.0 < f32::INFINITY).then_some(Split { axis: best.1, bin: best.2 as u32, map })
     }
 }
 
@@ -88,37 +134,33 @@ impl Bins {
 pub(super) fn find_split(refs: &[PrimRef], extent: &Extent, costs: &Costs) -> Option<Split> {
     // Few primitives need few bins.
     let count = costs.bins.min(4 + refs.len() / 8);
-    let map = BinMap::new(&extent.centroids, count);
-    let bins = if refs.len() >= PARALLEL {
-        refs.par_chunks(CHUNK).map(|c| Bins::fill(c, &map)).reduce_with(Bins::merge)?
-    } else {
-        Bins::fill(refs, &map)
-    };
-    let mut best = (f32::INFINITY, 0, 0);
-    for axis in 0..3 {
-        if map.scale[axis] == 0.0 {
-            continue;
-        }
-        // Cost of the primitives right of each plane, then add what lies left of it.
-        let mut right_costs = [0f32; MAX_BINS];
-        let (mut right, mut n) = (Box4::EMPTY, 0);
-        for k in (1..count).rev() {
-            right.merge(&bins.boxes[axis][k]);
-            n += bins.counts[axis][k];
-            right_costs[k] =
-                if n > 0 { right.half_area(costs.scale) * n as f32 } else { f32::INFINITY };
-        }
-        let (mut left, mut n) = (Box4::EMPTY, 0);
-        for k in 1..count {
-            left.merge(&bins.boxes[axis][k - 1]);
-            n += bins.counts[axis][k - 1];
-            if n > 0 {
-                let cost = left.half_area(costs.scale) * n as f32 + right_costs[k];
-                if cost < best.0 {
-                    best = (cost, axis, k);
-                }
-            }
-        }
+    match count {
+        ..=8 => find_split_in::<8>(refs, extent, costs, count),
+        9..=16 => find_split_in::<16>(refs, extent, costs, count),
+        _ => find_split_in::<MAX_BINS>(refs, extent, costs, count),
     }
-    (best.0 < f32::INFINITY).then_some(Split { axis: best.1, bin: best.2 as u32, map })
+}
+
+fn find_split_in<const N: usize>(
+    refs: &[PrimRef],
+    extent: &Extent,
+    costs: &Costs,
+    count: usize,
+) -> Option<Split> {
+    let map = BinMap::new(&extent.centroids, count);
+    if refs.len() >= PARALLEL {
+        let bins = refs
+            .par_chunks(CHUNK)
+            .map(|chunk| {
+                let mut bins = Bins::<N>::EMPTY;
+                bins.fill(chunk, &map);
+                bins
+            })
+            .reduce_with(Bins::merge)?;
+        bins.best_split(count, map, costs)
+    } else {
+        let mut bins = Bins::<N>::EMPTY;
+        bins.fill(refs, &map);
+        bins.best_split(count, map, costs)
+    }
 }

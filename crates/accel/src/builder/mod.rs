@@ -21,13 +21,23 @@ use crate::ray::MAX_COORDINATE;
 pub struct BuildOptions {
     /// Candidate split planes an axis, 2..=32, in the binned surface area heuristic.
     pub bins: usize,
-    /// Cost of testing a block of up to eight triangles, in tests of an eight-wide node.
+    /// Cost of testing a block of up to eight triangles, in tests of an eight-wide node; > 0.
     pub leaf_cost: f32,
 }
 
 impl Default for BuildOptions {
     fn default() -> Self {
         BuildOptions { bins: 16, leaf_cost: 1.0 }
+    }
+}
+
+impl BuildOptions {
+    /// With the nearest, or the default, in place of what makes no sense.
+    pub(crate) fn in_range(&self) -> BuildOptions {
+        let bins = self.bins.clamp(2, binning::MAX_BINS);
+        let leaf_cost =
+            if self.leaf_cost > 0.0 { self.leaf_cost } else { BuildOptions::default().leaf_cost };
+        BuildOptions { bins, leaf_cost }
     }
 }
 

@@ -98,6 +98,16 @@ impl F32x8 {
     }
 }
 
+/// Asks for the cache lines of an element; nothing where there is none.
+#[inline(always)]
+pub(crate) fn prefetch<T>(slice: &[T], index: usize) {
+    let start = slice.as_ptr().wrapping_add(index).cast::<i8>();
+    for line in 0..size_of::<T>() / 64 {
+        // SAFETY: SSE is enabled; a prefetch of any address is a hint and never faults.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(start.wrapping_add(64 * line)) };
+    }
+}
+
 impl Add for F32x8 {
     type Output = Self;
     #[inline(always)]

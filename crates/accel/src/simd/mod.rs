@@ -13,9 +13,13 @@ mod avx2;
 mod portable;
 
 #[cfg(all(target_arch = "x86_64", target_feature = "avx2", target_feature = "fma"))]
-pub(crate) use avx2::F32x8;
+pub(crate) use avx2::{F32x8, prefetch};
 #[cfg(not(all(target_arch = "x86_64", target_feature = "avx2", target_feature = "fma")))]
 pub(crate) use portable::F32x8;
+
+/// A hint that this target does not take.
+#[cfg(not(all(target_arch = "x86_64", target_feature = "avx2", target_feature = "fma")))]
+pub(crate) fn prefetch<T>(_slice: &[T], _index: usize) {}
 
 /// Lanes of a vector.
 pub(crate) const LANES: usize = 8;

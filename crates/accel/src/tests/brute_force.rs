@@ -49,7 +49,7 @@ fn compare(mesh: &Mesh, rays: usize) {
 
         // Through a mask.
         let salt = r.bits() as u32;
-        let accept = |h: &TriangleHit| (h.prim ^ salt).count_ones() % 2 == 0;
+        let accept = |h: &TriangleHit| (h.prim ^ salt).count_ones() & 1 == 0;
         let accepted: Vec<_> = hits.iter().copied().filter(accept).collect();
         assert_eq!(bvh.intersect_filtered(&ray, t_max, accept), nearest(&accepted), "{name} {i}");
         let mut seen = Vec::new();

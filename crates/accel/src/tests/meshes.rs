@@ -183,7 +183,7 @@ impl Mesh {
         let size = self.positions.iter().fold(0f32, |m, p| m.max(p.abs().max_component()));
         let mut o = r.cube() * (1.5 * size);
         if r.below(8) == 0 {
-            o = o * 100.0;
+            o *= 100.0;
         }
         let target = |r: &mut Random| {
             let i = self.indices[r.below(self.indices.len())];
@@ -203,7 +203,7 @@ impl Mesh {
                 o = target(r);
                 let mut d = Vec3::splat(if r.below(2) == 0 { 0.0 } else { -0.0 });
                 d[axis] = if r.below(2) == 0 { 1.0 } else { -1.0 };
-                o = o - d * (size * r.unit());
+                o -= d * (size * r.unit());
                 d
             }
             2 => {

@@ -9,7 +9,10 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Writes `bytes` to a new file beside `path`, then renames it to `path`. If anything fails the
 /// new file is removed and the old one stays. Data is handed to the system, not forced to disk.
-pub(super) fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
+///
+/// # Errors
+/// As the system's: no folder, no right, no room.
+pub fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let temporary = Temporary(beside(path)?);
     let mut file = File::options().write(true).create_new(true).open(&temporary.0)?;
     file.write_all(bytes)?;

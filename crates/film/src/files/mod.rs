@@ -24,6 +24,8 @@ use std::path::Path;
 
 use kaustika_scene::description::{Bitmap, Encoding, Texels};
 
+pub use atomic::replace;
+
 use crate::{ImageError, Picture, srgb};
 
 /// A curve from scene-linear RGB (after exposure) to display-linear RGB in [0, 1].

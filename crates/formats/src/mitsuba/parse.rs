@@ -1,7 +1,7 @@
 //! From XML to a [`Document`]: variables, includes, search paths, aliases, ids.
 
 use super::convert::suggest;
-use super::document::{Dialect, Document, Kind, Object, ObjectId, Parameter, SpectrumValue, Value};
+use super::document::{Dialect, Document, Kind, Object, ObjectId, Value};
 use super::upgrade;
 use super::variables::Variables;
 use kaustika_scene::description::{Diagnostics, SourceFile, SourceMap, Span};

@@ -2,7 +2,7 @@
 //! memory.
 //!
 //! The work is done in two steps. First the files are read and their directives run on the
-//! graphics state; what they make is kept as [`entity::Entities`] with a place for every value.
+//! graphics state; what they make is kept as `entity::Entities` with a place for every value.
 //! Then the entities are turned into a [`SceneDescription`]: names are looked up, images and
 //! meshes are loaded in parallel, defaults are filled in. As in pbrt-v4 a material may name a
 //! texture that is defined behind it.

@@ -22,7 +22,7 @@ const INTEGRATORS: [&str; 11] = [
     "volpath",
 ];
 /// Layers of pbrt's gbuffer film.
-const GBUFFER: [&str; 6] = ["albedo", "position", "normal", "shading_normal", "uv", "depth"];
+const GBUFFER: [&str; 6] = ["albedo", "position", "normal", "sh_normal", "uv", "depth"];
 
 impl Builder {
     /// Camera, film, sampler and integrator.
@@ -341,7 +341,13 @@ impl Builder {
             samples.max(1) as u64
         };
         p.report_unused(diag, &format!("sampler `{name}`"));
-        (Some(name), samples, seed as u32 as u64)
+        // Ours under pbrt's name or under that of the same construction.
+        let ours = match name.as_str() {
+            "paddedsobol" => "sobol",
+            "pmj02bn" => "pmj02",
+            name => name,
+        };
+        (Some(ours.to_string()), samples, seed as u32 as u64)
     }
 
     fn integrator(&mut self) {

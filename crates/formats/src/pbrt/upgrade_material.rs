@@ -1,4 +1,4 @@
-//! Materials of pbrt-v3 (see [`super::upgrade`]).
+//! Materials of pbrt-v3 (see `upgrade.rs`).
 
 use super::entity::Entity;
 use super::param::{ParamType, Values};

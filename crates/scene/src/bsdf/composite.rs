@@ -18,8 +18,8 @@ pub const MAX_PARTS: usize = 8;
 pub struct Part<'a> {
     /// Its frame in world space.
     pub frame: Frame,
-    /// The shading normal before a bump or normal map turned it: directions must lie on the
-    /// same side of both, or light would leak through.
+    /// The shading normal before a bump or normal map turned it: light must arrive on the same
+    /// side of both, or it would leak through.
     pub guard: Option<Vec3>,
     /// Factor of its value, and its share in sampling.
     pub weight: f32,
@@ -28,8 +28,20 @@ pub struct Part<'a> {
 }
 
 impl Part<'_> {
+    /// True if the direction toward the light, `wi` for radiance and `wo` for importance, lies
+    /// on the same side of both normals. The camera's side is not asked, as in Mitsuba: at
+    /// silhouettes of smooth meshes it may lie behind either.
     #[inline]
-    fn passes_guard(&self, local: Vec3, world: Vec3) -> bool {
+    fn passes_guard(
+        &self,
+        (local_o, wo): (Vec3, Vec3),
+        (local_i, wi): (Vec3, Vec3),
+        mode: Mode,
+    ) -> bool {
+        let (local, world) = match mode {
+            Mode::Radiance => (local_i, wi),
+            Mode::Importance => (local_o, wo),
+        };
         self.guard.is_none_or(|n| n.dot(world) * local.z > 0.0)
     }
 
@@ -79,7 +91,7 @@ impl<'a> Bsdf<'a> {
         let mut f = Spectrum::ZERO;
         for part in &self.parts {
             let (o, i) = (part.frame.to_local(wo), part.frame.to_local(wi));
-            if part.passes_guard(o, wo) && part.passes_guard(i, wi) {
+            if part.passes_guard((o, wo), (i, wi), mode) {
                 let k = part.weight * part.correction(wo, wi, self.ng, mode);
                 f += part.model.eval(o, i, mode, lobes) * k;
             }
@@ -93,7 +105,7 @@ impl<'a> Bsdf<'a> {
         let (mut forward, mut reverse) = (0.0, 0.0);
         for part in &self.parts {
             let (o, i) = (part.frame.to_local(wo), part.frame.to_local(wi));
-            if part.passes_guard(o, wo) && part.passes_guard(i, wi) {
+            if part.passes_guard((o, wo), (i, wi), mode) {
                 let (f, r) = part.model.pdf(o, i, mode, lobes);
                 forward += part.weight * f;
                 reverse += part.weight * r;
@@ -117,7 +129,7 @@ impl<'a> Bsdf<'a> {
         let o = part.frame.to_local(wo);
         let local = part.model.sample(o, uc, u2, mode, lobes)?;
         let wi = part.frame.to_world(local.wi);
-        if !(part.passes_guard(o, wo) && part.passes_guard(local.wi, wi)) {
+        if !part.passes_guard((o, wo), (local.wi, wi), mode) {
             return None;
         }
         let p = part.weight / self.total;

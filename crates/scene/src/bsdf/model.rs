@@ -1,8 +1,9 @@
 //! The closed set of scattering models.
 
 use super::{
-    BsdfSample, Conductor, Dielectric, Diffuse, Lobes, Mode, Null, Plastic, RoughPlastic, Scatter,
-    ThinDielectric,
+    BsdfSample, CoatedConductor, CoatedDiffuse, Conductor, Dielectric, Diffuse,
+    DiffuseTransmission, Lobes, Mode, Null, OrenNayar, Phong, Plastic, Principled, PrincipledThin,
+    RoughPlastic, Scatter, ThinDielectric, Ward,
 };
 use kaustika_math::{Vec2, Vec3};
 use kaustika_spectra::Spectrum;
@@ -59,6 +60,22 @@ models! {
     Plastic(Plastic),
     /// Rough plastic.
     RoughPlastic(RoughPlastic<'a>),
+    /// Rough matte.
+    OrenNayar(OrenNayar),
+    /// Matte on both sides.
+    DiffuseTransmission(DiffuseTransmission),
+    /// Matte and a cosine lobe.
+    Phong(Phong),
+    /// Matte and an anisotropic highlight.
+    Ward(Ward),
+    /// Disney's.
+    Principled(Principled),
+    /// Disney's, of thin sheets.
+    PrincipledThin(PrincipledThin),
+    /// Matte under a coat.
+    CoatedDiffuse(CoatedDiffuse),
+    /// Metal under a coat.
+    CoatedConductor(CoatedConductor),
     /// Nothing there.
     Null(Null),
 }

@@ -19,14 +19,20 @@ pub enum LightSelectionKind {
     Bvh,
 }
 
-/// With at most this many lights the probabilities of a table cost less than they lose: the two
-/// triangles of a rectangle or two, a lamp and the sky.
+/// With at most this many lights near each other the hierarchy costs more than it gains: the
+/// two triangles of a rectangle or two.
 const FEW_LIGHTS: usize = 4;
 
 impl LightSelectionKind {
-    /// The default for a scene with this many lights.
-    pub fn for_lights(count: usize) -> LightSelectionKind {
-        if count <= FEW_LIGHTS { LightSelectionKind::Power } else { LightSelectionKind::Bvh }
+    /// The default for these lights. Power says nothing about a lamp beside the sky, whose power
+    /// grows with the size of the scene: there, too, the hierarchy decides.
+    pub fn for_lights(lights: &[Light]) -> LightSelectionKind {
+        let infinite = lights.iter().filter(|l| l.is_infinite()).count();
+        let mixed = infinite > 0 && infinite < lights.len();
+        match lights.len() <= FEW_LIGHTS && !mixed {
+            true => LightSelectionKind::Power,
+            false => LightSelectionKind::Bvh,
+        }
     }
 }
 

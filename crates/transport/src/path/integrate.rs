@@ -120,7 +120,7 @@ impl<'a> Integrator<'a> {
         let mut eta_scale = 1.0;
         let mut depth = 0;
         let mut passages = 0;
-        let mut footprint = camera.width;
+        let mut footprint = camera.width * scene.footprint_scale;
         let mut previous = Previous { p: ray.o, n: Vec3::ZERO, pdf_w: 1.0, delta: true };
 
         loop {
@@ -135,7 +135,7 @@ impl<'a> Integrator<'a> {
                 radiance += beta * self.emission(hit.as_ref(), &ray, &previous, &lambda);
             }
             let Some(mut surface) = hit else { break };
-            footprint += camera.spread * surface.t;
+            footprint += camera.spread * scene.footprint_scale * surface.t;
             surface.footprint = footprint;
 
             // What is there?

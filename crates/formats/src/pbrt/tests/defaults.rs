@@ -76,7 +76,7 @@ fn exposure_is_shutter_times_iso() {
 fn the_gbuffer_asks_for_layers() {
     let f = film("Film \"gbuffer\" \"string coordinatesystem\" \"world\"");
     assert!(
-        ["albedo", "normal", "depth", "position", "uv"]
+        ["albedo", "normal", "sh_normal", "depth", "position", "uv"]
             .iter()
             .all(|n| f.aovs.contains(&n.to_string()))
     );

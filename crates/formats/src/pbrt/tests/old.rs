@@ -26,7 +26,7 @@ fn options_of_v3() {
     let c = &s.cameras[0];
     assert_eq!((c.film.imaging_ratio, c.film.max_component), (2.0, Some(9.0)));
     assert_eq!(c.film.filter, FilterChoice::Gaussian { radius: [3.0, 1.5], sigma: 0.5 });
-    assert_eq!((c.sampler.as_deref(), c.spp), (Some("paddedsobol"), Some(8)));
+    assert_eq!((c.sampler.as_deref(), c.spp), (Some("sobol"), Some(8)));
     assert_eq!(c.kind, CameraKind::Spherical { equal_area: false });
     assert_eq!((s.integrator.name.as_str(), s.integrator.max_depth), ("path", Some(1)));
     assert_eq!(

@@ -57,10 +57,10 @@ fn checkers_are_as_large_as_in_pbrt() {
     let TextureNode::Checkerboard { a, b, mapping: TextureMapping::Uv(m) } = node else { panic!() };
     assert_eq!((number(&s, a), number(&s, b)), (1.0, 0.0));
     // Ours is `a` where floor(2u) + floor(2v) is even, pbrt's tex1 where floor(s) + floor(t) is.
-    for (u, v) in [(0.01, 0.02), (0.1, 0.3), (0.77, 0.9), (-0.3, 0.2)] {
+    for (u, v) in [(0.01f32, 0.02f32), (0.1, 0.3), (0.77, 0.9), (-0.3, 0.2)] {
         let p = m.point(Vec2::new(u, v));
         let ours = (2.0 * p.x).floor() + (2.0 * p.y).floor();
-        let pbrt = (8.0 * u + 0.5f32).floor() + (4.0 * v as f32).floor();
+        let pbrt = (8.0 * u + 0.5f32).floor() + (4.0 * v).floor();
         assert_eq!(ours, pbrt);
     }
     let text = "Texture \"t\" \"float\" \"checkerboard\" \"integer dimension\" 3";

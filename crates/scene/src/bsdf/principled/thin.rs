@@ -260,7 +260,7 @@ impl Scatter for PrincipledThin {
         if Lobes::TRANSMISSION.has(lobe) {
             wi.z = -wi.z;
         }
-        wi = wi * sign;
+        wi *= sign;
         let (pdf, pdf_rev) = self.pdf(wo, wi, mode, lobes);
         if !(pdf > 0.0 && pdf.is_finite() && pdf_rev.is_finite()) {
             return None;

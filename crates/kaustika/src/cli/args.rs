@@ -1,0 +1,364 @@
+//! What can be said on the command line.
+
+use super::duration;
+use clap::{Args as ClapArgs, Parser, Subcommand};
+use kaustika::film::FilterDesc;
+use kaustika::film::accumulate::Feature;
+use kaustika::film::metrics::VarianceSpace;
+use kaustika::sampling::SamplerKind;
+use kaustika::scene::LightSelectionKind;
+use kaustika::spectra::{ColorMode, Tonemap};
+use kaustika::{Crop, Environment, RenderOptions};
+use std::path::PathBuf;
+use std::str::FromStr;
+use std::time::Duration;
+
+/// A photorealistic renderer with every light transport method.
+#[derive(Parser, Debug)]
+#[command(name = "kaustika", version, arg_required_else_help = true)]
+pub struct Args {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The commands.
+#[derive(Subcommand, Debug)]
+pub enum Command {
+    /// Render a scene
+    Render(Box<RenderArgs>),
+    /// Put shares of one render together
+    Merge(MergeArgs),
+    /// Measure how far an image is from a reference
+    Compare(CompareArgs),
+    /// List the light transport methods and their parameters
+    Methods(MethodsArgs),
+    /// Say what a scene file holds
+    Info(InfoArgs),
+    /// Measure ray throughput on given rays
+    Rays(RaysArgs),
+}
+
+/// `kaustika render`.
+#[derive(ClapArgs, Debug)]
+pub struct RenderArgs {
+    /// Scene file: .pbrt, .pbrt.gz, or .xml (Mitsuba); without one a built-in scene is rendered
+    pub scene: Option<PathBuf>,
+    /// Image to write: .exr (all layers, metadata), .png, .jpg, .hdr, .pfm; may be repeated
+    #[arg(short, long = "output", alias = "outfile", value_name = "FILE")]
+    pub output: Vec<PathBuf>,
+    /// Light transport method; `kaustika methods` lists them
+    #[arg(short, long, value_name = "METHOD")]
+    pub method: Option<String>,
+    /// Parameter of the method; may be repeated
+    #[arg(short, long = "parameter", value_name = "KEY=VALUE", value_parser = key_value)]
+    pub parameter: Vec<(String, String)>,
+    /// Value of a scene variable (Mitsuba's $name); may be repeated
+    #[arg(short = 'D', long = "define", value_name = "KEY=VALUE", value_parser = key_value)]
+    pub define: Vec<(String, String)>,
+    /// Samples a pixel
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub spp: Option<u64>,
+    /// Stop after this time: 60, 60s, 5m, 1h
+    #[arg(long, alias = "timeout", value_name = "TIME", value_parser = duration::parse)]
+    pub time: Option<Duration>,
+    /// Stop when 95 % of the pixels have at most this estimated relative error
+    #[arg(long, value_name = "ERROR", value_parser = positive)]
+    pub noise: Option<f32>,
+    /// Seed; different seeds give independent renders
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// Threads; 0: one a core
+    #[arg(short = 't', long, alias = "nthreads", value_name = "N", default_value_t = 0)]
+    pub threads: usize,
+    /// Size of the picture in pixels
+    #[arg(long, value_name = "WxH", value_parser = resolution)]
+    pub resolution: Option<[u32; 2]>,
+    /// Pixels to render, end exclusive
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = numbers::<u32>, group = "part")]
+    pub crop: Option<[u32; 4]>,
+    /// As pbrt: part of the picture to render, in fractions
+    #[arg(long, value_name = "X0,X1,Y0,Y1", value_parser = numbers::<f32>, group = "part")]
+    pub cropwindow: Option<[f32; 4]>,
+    /// As pbrt: pixels to render, end exclusive
+    #[arg(long, value_name = "X0,X1,Y0,Y1", value_parser = numbers::<u32>, group = "part")]
+    pub pixelbounds: Option<[u32; 4]>,
+    /// Transport red, green and blue (default except for pbrt scenes)
+    #[arg(long, group = "mode")]
+    pub rgb: bool,
+    /// Transport sampled wavelengths (default for pbrt scenes)
+    #[arg(long, group = "mode")]
+    pub spectral: bool,
+    /// Camera by name or number
+    #[arg(long, value_name = "NAME|N")]
+    pub camera: Option<String>,
+    /// Light around the scene, instead of the scene's: an image or a radiance
+    #[arg(long, value_name = "FILE|R,G,B")]
+    pub environment: Option<Environment>,
+    /// Sampler: independent, stratified, halton, sobol, zsobol, pmj02
+    #[arg(long, value_name = "SAMPLER")]
+    pub sampler: Option<SamplerKind>,
+    /// Reconstruction filter: box, tent, gaussian, mitchell, catmull-rom, lanczos
+    #[arg(long, value_name = "FILTER[:RADIUS]")]
+    pub filter: Option<FilterDesc>,
+    /// How lights are chosen: uniform, power
+    #[arg(long, value_name = "KIND")]
+    pub light_sampler: Option<LightSelectionKind>,
+    /// Feature layers: albedo, normal, ..., or all
+    #[arg(long, value_name = "LAYERS")]
+    pub aov: Option<FeatureList>,
+    /// How values become colours in .png and .jpg
+    #[command(flatten)]
+    pub look: LookArgs,
+    /// Show the picture in the viewer tev while it is rendered
+    #[arg(long, alias = "display-server", value_name = "HOST:PORT")]
+    pub display: Option<String>,
+    /// Render only these passes, end exclusive; `kaustika merge` puts shares together
+    #[arg(long, value_name = "A..B", value_parser = passes)]
+    pub passes: Option<[u64; 2]>,
+    /// Go on from the checkpoint beside the first output, and keep one
+    #[arg(long)]
+    pub resume: bool,
+    /// Write what the render cost, as JSON
+    #[arg(long, value_name = "FILE")]
+    pub stats: Option<PathBuf>,
+    /// Say nothing but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// How linear values become colours to look at.
+#[derive(ClapArgs, Clone, Copy, Debug)]
+pub struct LookArgs {
+    /// Stops of exposure in .png and .jpg
+    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true)]
+    pub exposure: f32,
+    /// Tone curve of .png and .jpg: clamp, reinhard, aces, aces-narkowicz, agx, filmic
+    #[arg(long, value_name = "CURVE", default_value = "clamp", value_parser = tonemap)]
+    pub tonemap: Tonemap,
+}
+
+/// `kaustika merge`.
+#[derive(ClapArgs, Debug)]
+pub struct MergeArgs {
+    /// Shares: checkpoints (.ckpt), or images beside which they lie
+    #[arg(required = true, value_name = "PART")]
+    pub parts: Vec<PathBuf>,
+    /// Image to write; may be repeated
+    #[arg(short, long = "output", required = true, value_name = "FILE")]
+    pub output: Vec<PathBuf>,
+    /// How values become colours in .png and .jpg
+    #[command(flatten)]
+    pub look: LookArgs,
+}
+
+/// `kaustika compare`.
+#[derive(ClapArgs, Debug)]
+pub struct CompareArgs {
+    /// Image to judge
+    pub image: PathBuf,
+    /// What it should look like
+    pub reference: PathBuf,
+    /// Variance of ONE sample of each pixel: adds statistical tests
+    #[arg(long, value_name = "FILE")]
+    pub variance: Option<PathBuf>,
+    /// Samples a pixel of the image, if its metadata do not say
+    #[arg(long, value_name = "N", value_parser = positive, requires = "variance")]
+    pub spp: Option<f32>,
+    /// Space of the variance: xyz (Mitsuba's test data) or rgb
+    #[arg(long, value_name = "SPACE", default_value = "xyz", value_parser = variance_space)]
+    pub space: VarianceSpace,
+    /// Samples a pixel of the reference; exact if not given
+    #[arg(long, value_name = "M", value_parser = positive, requires = "variance")]
+    pub ref_spp: Option<f32>,
+    /// Side of the tiles of the tile test
+    #[arg(long, value_name = "PIXELS", default_value_t = 16)]
+    pub tile: usize,
+    /// Stops of exposure before FLIP
+    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true)]
+    pub exposure: f32,
+    /// Write JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `kaustika methods`.
+#[derive(ClapArgs, Debug)]
+pub struct MethodsArgs {
+    /// Only this method, with its parameters
+    pub name: Option<String>,
+    /// Write JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `kaustika info`.
+#[derive(ClapArgs, Debug)]
+pub struct InfoArgs {
+    /// Scene file
+    pub scene: PathBuf,
+    /// Value of a scene variable (Mitsuba's $name); may be repeated
+    #[arg(short = 'D', long = "define", value_name = "KEY=VALUE", value_parser = key_value)]
+    pub define: Vec<(String, String)>,
+    /// Write JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `kaustika rays`.
+#[derive(ClapArgs, Debug)]
+pub struct RaysArgs {
+    /// Triangle mesh
+    pub mesh: PathBuf,
+    /// Rays: little-endian float32, seven a ray: ox oy oz dx dy dz tmax
+    pub rays: PathBuf,
+    /// Threads; 0: one a core
+    #[arg(short = 't', long, value_name = "N", default_value_t = 0)]
+    pub threads: usize,
+    /// Ask only whether anything is hit
+    #[arg(long)]
+    pub occlusion: bool,
+    /// Runs over all rays
+    #[arg(long, value_name = "N", default_value_t = 5)]
+    pub repeat: usize,
+    /// Write JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl RenderArgs {
+    /// The library's view of them.
+    pub fn options(&self) -> RenderOptions {
+        let transposed = |[x0, x1, y0, y1]: [u32; 4]| Crop::Pixels([x0, y0, x1, y1]);
+        let fractions = |[x0, x1, y0, y1]: [f32; 4]| Crop::Fractions([x0, y0, x1, y1]);
+        let of_pbrt = self.pixelbounds.map(transposed).or(self.cropwindow.map(fractions));
+        let mode = match (self.rgb, self.spectral) {
+            (true, _) => Some(ColorMode::Rgb),
+            (_, true) => Some(ColorMode::Spectral),
+            _ => None,
+        };
+        RenderOptions {
+            method: self.method.clone(),
+            parameters: self.parameter.clone(),
+            mode,
+            camera: self.camera.clone(),
+            resolution: self.resolution,
+            crop: self.crop.map(Crop::Pixels).or(of_pbrt),
+            sampler: self.sampler,
+            filter: self.filter,
+            seed: self.seed,
+            spp: self.spp,
+            features: self.aov.as_ref().map(|l| l.0.clone()).unwrap_or_default(),
+            light_sampler: self.light_sampler,
+        }
+    }
+}
+
+/// Feature layers, `all` included.
+#[derive(Clone, Debug)]
+pub struct FeatureList(pub Vec<Feature>);
+
+impl FromStr for FeatureList {
+    type Err = String;
+    fn from_str(text: &str) -> Result<FeatureList, String> {
+        match text {
+            "all" => Ok(FeatureList(Feature::ALL.to_vec())),
+            _ => text.split(',').map(str::parse).collect::<Result<_, _>>().map(FeatureList),
+        }
+    }
+}
+
+fn key_value(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((key, value)) if !key.trim().is_empty() => Ok((key.trim().into(), value.into())),
+        _ => Err("expected KEY=VALUE".into()),
+    }
+}
+
+fn positive(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(v) if v > 0.0 && v.is_finite() => Ok(v),
+        _ => Err("expected a number greater than 0".into()),
+    }
+}
+
+fn resolution(text: &str) -> Result<[u32; 2], String> {
+    let parsed = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
+    match parsed {
+        Some([w, h]) if w > 0 && h > 0 => Ok([w, h]),
+        _ => Err("expected WIDTHxHEIGHT, such as 640x480".into()),
+    }
+}
+
+fn numbers<T: FromStr + Copy>(text: &str) -> Result<[T; 4], String> {
+    let values: Option<Vec<T>> = text.split(',').map(|v| v.trim().parse().ok()).collect();
+    values
+        .and_then(|v| v.try_into().ok())
+        .ok_or_else(|| "expected four numbers, separated by commas".into())
+}
+
+fn passes(text: &str) -> Result<[u64; 2], String> {
+    let parsed = text.split_once("..").and_then(|(a, b)| Some([a.parse().ok()?, b.parse().ok()?]));
+    match parsed {
+        Some([a, b]) if a < b => Ok([a, b]),
+        Some(_) => Err("the share is empty: the end is exclusive".into()),
+        None => Err("expected A..B, such as 0..16".into()),
+    }
+}
+
+fn tonemap(text: &str) -> Result<Tonemap, String> {
+    Tonemap::by_name(text).ok_or_else(|| {
+        let known: Vec<_> = Tonemap::NAMES.iter().map(|(n, _)| *n).collect();
+        format!("known: {}", known.join(", "))
+    })
+}
+
+fn variance_space(text: &str) -> Result<VarianceSpace, String> {
+    match text {
+        "xyz" => Ok(VarianceSpace::Xyz),
+        "rgb" => Ok(VarianceSpace::Rgb),
+        _ => Err("known: xyz, rgb".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    fn render(args: &str) -> Result<RenderArgs, clap::Error> {
+        let words = ["kaustika", "render", "a.pbrt"].into_iter().chain(args.split_whitespace());
+        match Args::try_parse_from(words)?.command {
+            Command::Render(args) => Ok(*args),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn the_definition_is_consistent() {
+        Args::command().debug_assert();
+    }
+
+    #[test]
+    fn flags_of_pbrt_are_understood() {
+        let a = render("--outfile a.exr --nthreads 3 --pixelbounds 1,2,3,4 --display-server h:1")
+            .unwrap();
+        assert_eq!((a.output, a.threads), (vec![PathBuf::from("a.exr")], 3));
+        assert_eq!(a.display.as_deref(), Some("h:1"));
+        let a = render("--pixelbounds 1,2,3,4").unwrap();
+        assert_eq!(a.options().crop, Some(Crop::Pixels([1, 3, 2, 4])));
+        let a = render("--cropwindow 0,.5,.25,1").unwrap();
+        assert_eq!(a.options().crop, Some(Crop::Fractions([0.0, 0.25, 0.5, 1.0])));
+        assert_eq!(render("--timeout 2m").unwrap().time, Some(Duration::from_secs(120)));
+    }
+
+    #[test]
+    fn nonsense_is_refused() {
+        let wrong = ["--spp 0", "--spp many", "--noise -1", "--crop 1,2,3", "--resolution 0x5"];
+        let more = ["--passes 4..4", "--passes 5", "--crop 0,0,1,1 --pixelbounds 0,1,0,1"];
+        let most = ["-p depth", "--rgb --spectral", "--aov colour", "--environment 1,2"];
+        for args in wrong.into_iter().chain(more).chain(most) {
+            assert!(render(args).is_err(), "{args}");
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! How the render is going: a bar on a terminal, lines elsewhere.
+
+use super::duration;
+use super::viewer::Viewer;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use kaustika::film::accumulate::PassTree;
+use kaustika::transport::{Observer, Progress};
+use std::io::{IsTerminal, Write, stderr};
+use std::time::{Duration, Instant};
+
+/// Time between two lines where there is no terminal.
+const LINE_INTERVAL: Duration = Duration::from_secs(5);
+
+/// Watches the passes of a render and tells of them.
+pub struct Watch {
+    teller: Teller,
+    viewer: Option<Viewer>,
+    pixels: u64,
+    time_budget: Option<Duration>,
+    /// Time and passes of this program's earlier calls of the session.
+    pub before: (Duration, u64),
+    /// Passes that this program is to render in all, if known.
+    to_render: Option<u64>,
+}
+
+enum Teller {
+    Silent,
+    Lines { last: Instant },
+    Bar(ProgressBar),
+}
+
+impl Watch {
+    /// For pictures of `pixels` pixels of which `to_render` passes are missing, if that is known.
+    pub fn new(
+        quiet: bool,
+        viewer: Option<Viewer>,
+        pixels: u64,
+        to_render: Option<u64>,
+        time_budget: Option<Duration>,
+    ) -> Watch {
+        let teller = match (quiet, stderr().is_terminal()) {
+            (true, _) => Teller::Silent,
+            (_, false) => Teller::Lines { last: Instant::now() },
+            (_, true) => Teller::Bar(bar(to_render)),
+        };
+        Watch { teller, viewer, pixels, time_budget, before: (Duration::ZERO, 0), to_render }
+    }
+
+    /// Takes the bar away and gives the viewer back.
+    pub fn finish(self) -> Option<Viewer> {
+        if let Teller::Bar(bar) = self.teller {
+            bar.finish_and_clear();
+        }
+        self.viewer
+    }
+
+    /// Rate, times and error in one line.
+    fn describe(&self, p: &Progress, elapsed: Duration, fresh: u64) -> String {
+        let seconds = elapsed.as_secs_f64().max(1e-9);
+        let rate = samples_per_second((fresh * self.pixels) as f64 / seconds);
+        let mut text = format!("{rate}, {}", duration::show(elapsed));
+        let by_passes = self.to_render.map(|all| {
+            let left = all.saturating_sub(fresh) as f64;
+            Duration::from_secs_f64(left * seconds / fresh.max(1) as f64)
+        });
+        let by_time = self.time_budget.map(|t| t.saturating_sub(elapsed));
+        if let Some(left) = by_passes.into_iter().chain(by_time).min() {
+            text += &format!(", {} left", duration::show(left));
+        }
+        if let Some(e) = p.error {
+            text += &format!(", error {:.1} % (p95 {:.1} %)", 100.0 * e.mean, 100.0 * e.p95);
+        }
+        text
+    }
+}
+
+impl Observer for Watch {
+    fn committed(&mut self, p: &Progress, tree: &PassTree) {
+        let (elapsed, fresh) = (self.before.0 + p.elapsed, self.before.1 + p.fresh);
+        let text = self.describe(p, elapsed, fresh);
+        match &mut self.teller {
+            Teller::Silent => {}
+            Teller::Lines { last } if last.elapsed() >= LINE_INTERVAL => {
+                let of = self.to_render.map_or(String::new(), |all| format!(" of {all}"));
+                let mut out = stderr().lock();
+                // A closed stderr is no reason to stop rendering.
+                let _ = writeln!(out, "{fresh}{of} passes, {text}").and_then(|()| out.flush());
+                *last = Instant::now();
+            }
+            Teller::Lines { .. } => {}
+            Teller::Bar(bar) => {
+                bar.set_position(fresh);
+                bar.set_message(text);
+            }
+        }
+        if let Some(viewer) = &mut self.viewer {
+            viewer.update(tree);
+        }
+    }
+}
+
+fn samples_per_second(rate: f64) -> String {
+    match rate {
+        1e6.. => format!("{:.2} Msamples/s", rate / 1e6),
+        _ => format!("{:.1} ksamples/s", rate / 1e3),
+    }
+}
+
+fn bar(to_render: Option<u64>) -> ProgressBar {
+    let target = ProgressDrawTarget::stderr();
+    let (bar, template) = match to_render {
+        Some(all) => (ProgressBar::new(all), "{bar:16.cyan/blue} {pos}/{len} passes, {wide_msg}"),
+        None => (ProgressBar::no_length(), "{spinner} {pos} passes, {wide_msg}"),
+    };
+    let style = ProgressStyle::with_template(template)
+        .unwrap_or_else(|_| ProgressStyle::default_bar())
+        .progress_chars("█▉▊▋▌▍▎▏ ");
+    bar.set_draw_target(target);
+    bar.set_style(style);
+    bar.set_message("starting");
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}

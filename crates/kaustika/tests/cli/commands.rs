@@ -1,0 +1,219 @@
+//! What the commands write.
+
+use crate::kit::{Place, assert_same_bits, differing_values};
+use kaustika::film::MetaValue;
+use serde_json::Value;
+
+fn json(text: &str) -> Value {
+    serde_json::from_str(text).unwrap()
+}
+
+#[test]
+fn every_output_format_is_written() {
+    let p = Place::new();
+    p.ok("render ball.pbrt -q --spp 2 -o a.exr -o a.png -o a.jpg -o a.hdr -o a.pfm");
+    for name in ["a.exr", "a.png", "a.jpg", "a.hdr", "a.pfm"] {
+        let picture = p.picture(name);
+        assert_eq!((picture.width, picture.height), (24, 18), "{name}");
+    }
+    assert_eq!(differing_values(&p.picture("a.exr"), &p.picture("a.pfm")), 0);
+    // A stop more makes the picture brighter, and a tone curve another one.
+    let mean = |name: &str| {
+        let picture = p.picture(name);
+        let pixels: Vec<f32> = picture.rgb().unwrap().pixels().flatten().collect();
+        pixels.iter().sum::<f32>() / pixels.len() as f32
+    };
+    p.ok("render ball.pbrt -q --spp 2 --exposure -1 -o dark.png");
+    p.ok("render ball.pbrt -q --spp 2 --tonemap agx -o agx.png");
+    assert!(mean("dark.png") < 0.7 * mean("a.png"));
+    assert!(mean("agx.png") != mean("a.png"));
+}
+
+#[test]
+fn the_scene_names_the_output_and_the_picture_says_how_it_was_made() {
+    let p = Place::new();
+    p.ok("render ball.pbrt -q --spp 2 --seed 3 -p max_depth=2 --filter box");
+    let picture = p.picture("ball.exr");
+    let text = |key: &str| match picture.meta(key) {
+        Some(MetaValue::Text(t)) => t.clone(),
+        other => panic!("{key}: {other:?}"),
+    };
+    assert_eq!(picture.meta("samplesPerPixel"), Some(&MetaValue::Int(2)));
+    assert!(matches!(picture.meta("worldToCamera"), Some(MetaValue::Matrix(_))));
+    assert!(matches!(picture.meta("renderTimeSeconds"), Some(MetaValue::Float(t)) if *t > 0.0));
+    assert!(text("generatedBy").starts_with("Kaustika"));
+    assert_eq!(text("kaustika.method"), "path");
+    assert_eq!(text("kaustika.seed"), "3");
+    assert_eq!(text("kaustika.filter"), "box:0.5");
+    assert_eq!(text("kaustika.mode"), "spectral");
+    assert!(text("kaustika.scene").ends_with("ball.pbrt"));
+    assert_eq!(json(&text("kaustika.parameters"))["max_depth"], 2);
+}
+
+#[test]
+fn without_a_scene_the_built_in_one_is_rendered() {
+    let p = Place::new();
+    p.ok("render -q --spp 1 --resolution 30x20");
+    for name in ["kaustika.png", "kaustika.exr"] {
+        assert_eq!((p.picture(name).width, p.picture(name).height), (30, 20), "{name}");
+    }
+    let scene = p.picture("kaustika.exr").meta("kaustika.scene").cloned();
+    assert_eq!(scene, Some(MetaValue::Text("built-in".into())));
+}
+
+#[test]
+fn a_crop_shows_the_same_pixels() {
+    let p = Place::new();
+    p.ok("render ball.pbrt -q --spp 3 --aov depth -o full.exr");
+    let [x0, y0, x1, y1] = [5usize, 4, 17, 12];
+    for option in ["--crop 5,4,17,12", "--pixelbounds 5,17,4,12"] {
+        p.ok(&format!("render ball.pbrt -q --spp 3 --aov depth {option} -o crop.exr"));
+        let (full, crop) = (p.picture("full.exr"), p.picture("crop.exr"));
+        assert_eq!((crop.width, crop.height), (12, 8));
+        assert_eq!((crop.data_origin, crop.display_window), ([5, 4], Some([0, 0, 24, 18])));
+        for channel in &crop.channels {
+            let of_full = full.channel(&channel.name).unwrap();
+            for (y, x) in (y0..y1).flat_map(|y| (x0..x1).map(move |x| (y, x))) {
+                let here = channel.data[(y - y0) * 12 + x - x0];
+                assert_eq!(
+                    here.to_bits(),
+                    of_full[y * 24 + x].to_bits(),
+                    "{} {x} {y}",
+                    channel.name
+                );
+            }
+        }
+    }
+    p.ok("render ball.pbrt -q --spp 3 --aov depth --cropwindow 0.2,0.7,0.2,0.66 -o window.exr");
+    assert_same_bits(&p.picture("window.exr"), &p.picture("crop.exr"));
+}
+
+#[test]
+fn statistics_have_all_keys() {
+    let p = Place::new();
+    p.ok("render ball.pbrt -q --spp 4 -t 2 --seed 11 -o a.exr --stats s.json");
+    let s = json(&std::fs::read_to_string(p.path("s.json")).unwrap());
+    for key in ["load", "build", "render", "write"] {
+        assert!(s["seconds"][key].as_f64().unwrap() >= 0.0, "{key}");
+    }
+    for (key, value) in [("passes", 4), ("spp", 4), ("threads", 2), ("seed", 11)] {
+        assert_eq!(s[key], value, "{key}");
+    }
+    for key in ["samples_per_second", "rays_per_second"] {
+        assert!(s[key].as_f64().unwrap() > 0.0, "{key}");
+    }
+    assert!(s["rays"]["closest"].as_u64().unwrap() >= 4 * 24 * 18);
+    assert!(s["rays"]["shadow"].as_u64().unwrap() > 0);
+    assert!(s["relative_error"]["mean"].as_f64().unwrap() > 0.0);
+    assert!(s["relative_error"]["p95"].as_f64().unwrap() > 0.0);
+    assert_eq!(s["method"], "path");
+    assert_eq!(s["version"], env!("CARGO_PKG_VERSION"));
+    assert!(s["scene"].as_str().unwrap().ends_with("ball.pbrt"));
+    let memory = &s["peak_memory_bytes"];
+    assert!(memory.is_null() || memory.as_u64().unwrap() > 1 << 20);
+}
+
+#[test]
+fn noise_ends_a_render_and_more_noise_ends_it_earlier() {
+    let p = Place::new();
+    let passes = |noise: f32| {
+        p.ok(&format!(
+            "render ball.pbrt -q --sampler independent --noise {noise} -o a.exr --stats s.json"
+        ));
+        let s = json(&std::fs::read_to_string(p.path("s.json")).unwrap());
+        assert!(s["relative_error"]["p95"].as_f64().unwrap() <= noise as f64);
+        s["passes"].as_u64().unwrap()
+    };
+    let (coarse, fine) = (passes(0.5), passes(0.1));
+    assert!(coarse >= 16 && fine > coarse, "{coarse} {fine}");
+}
+
+#[test]
+fn an_environment_replaces_the_scenes() {
+    let p = Place::new();
+    p.ok("render ball.pbrt -q --rgb --spp 2 -o file.exr");
+    p.ok("render ball.pbrt -q --rgb --spp 2 --environment 0.2,0.3,0.4 -o same.exr");
+    p.ok("render ball.pbrt -q --rgb --spp 2 --environment 0,0,0 -o dark.exr");
+    p.ok("render ball.pbrt -q --rgb --spp 2 --environment file.exr -o image.exr");
+    // The corner looks at the sky.
+    let corner = |name: &str| p.picture(name).rgb().unwrap().pixel(0);
+    assert!(corner("same.exr").iter().zip([0.2, 0.3, 0.4]).all(|(a, b)| (a - b).abs() < 0.01));
+    assert_eq!(corner("dark.exr"), [0.0; 3]);
+    assert!(corner("image.exr") != corner("same.exr"));
+}
+
+#[test]
+fn an_image_compared_with_itself_is_right() {
+    let p = Place::new();
+    p.ok("render ball.pbrt -q --sampler independent --spp 16 -o a.exr");
+    p.ok("render ball.pbrt -q --sampler independent --spp 16 --seed 1 -o b.exr");
+    let same = json(&p.ok("compare a.exr a.exr --json"));
+    for key in ["mse", "rel_mse", "rel_mse_trimmed", "mape", "flip"] {
+        assert_eq!(same[key], 0.0, "{key}");
+    }
+    assert_eq!(same["mean_ratio"], 1.0);
+    let variance = "--variance a.exr --space rgb --ref-spp 16 --json";
+    let same = json(&p.ok(&format!("compare a.exr a.exr {variance}")));
+    assert_eq!((&same["accept"], &same["chi2_per_dof"]), (&true.into(), &0.0.into()));
+    let other = json(&p.ok(&format!("compare b.exr a.exr {variance}")));
+    assert!(other["mse"].as_f64().unwrap() > 0.0);
+    // Two renders differ by as much as their variances say, roughly: these are estimates.
+    let chi2 = other["chi2_per_dof"].as_f64().unwrap();
+    assert!((0.5..3.0).contains(&chi2), "{chi2}");
+    assert!(p.ok("compare a.exr b.exr").contains("relMSE"));
+}
+
+#[test]
+fn info_counts_what_is_there() {
+    let p = Place::new();
+    let i = json(&p.ok("info ball.pbrt --json"));
+    for (key, count) in [("shapes", 3), ("triangles", 2), ("emitting_shapes", 1), ("lights", 1)] {
+        assert_eq!(i[key], count, "{key}");
+    }
+    assert_eq!(i["shape_kinds"]["sphere"], 2);
+    assert_eq!(i["material_kinds"]["conductor"], 1);
+    assert_eq!(i["cameras"][0]["resolution"], Value::from(vec![24, 18]));
+    assert_eq!(i["cameras"][0]["kind"], "perspective");
+    assert_eq!(i["integrator"]["max_depth"], 3);
+    assert_eq!(i["errors"], 0);
+    assert!(p.ok("info ball.pbrt").contains("triangles"));
+}
+
+#[test]
+fn methods_tell_their_parameters() {
+    let p = Place::new();
+    let all = json(&p.ok("methods --json"));
+    let path = all.as_array().unwrap().iter().find(|m| m["name"] == "path").unwrap();
+    assert_eq!(path, &json(&p.ok("methods path --json")));
+    let keys: Vec<&str> =
+        path["parameters"].as_array().unwrap().iter().filter_map(|k| k["key"].as_str()).collect();
+    assert!(keys.contains(&"max_depth") && keys.contains(&"mis"), "{keys:?}");
+    assert!(p.ok("methods").contains("path"));
+    assert!(p.ok("methods path").contains("max_depth="));
+}
+
+#[test]
+fn rays_are_counted() {
+    let p = Place::new();
+    let ply = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
+               property float z\nelement face 2\nproperty list uchar int vertex_indices\n\
+               end_header\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n3 0 2 3\n";
+    p.write("square.ply", ply);
+    // Two rays meet the square at distances 2 and 3, one stops short of it, one misses.
+    let rays: [[f32; 7]; 4] = [
+        [0.3, 0.2, 2.0, 0.0, 0.0, -1.0, 1e30],
+        [0.2, 0.7, -3.0, 0.0, 0.0, 1.0, 1e30],
+        [0.3, 0.2, 2.0, 0.0, 0.0, -1.0, 1.5],
+        [0.3, 0.2, 2.0, 0.0, 0.0, 1.0, 1e30],
+    ];
+    let bytes: Vec<u8> = rays.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
+    std::fs::write(p.path("rays.f32"), bytes).unwrap();
+    let r = json(&p.ok("rays square.ply rays.f32 --json -t 2"));
+    assert_eq!((&r["rays"], &r["hits"], &r["t_sum"]), (&4.into(), &2.into(), &5.0.into()));
+    for key in ["best_mrays", "median_mrays", "build_seconds", "bytes_per_triangle"] {
+        assert!(r[key].as_f64().unwrap() > 0.0, "{key}");
+    }
+    assert_eq!(json(&p.ok("rays square.ply rays.f32 --json --occlusion"))["hits"], 2);
+    p.write("odd.f32", "12345");
+    assert!(p.fails(1, "rays square.ply odd.f32").contains("7 floats"));
+}

@@ -1,0 +1,58 @@
+//! Bad input and wrong usage: what is said, and the exit code.
+
+use crate::kit::{Place, SCENE};
+
+#[test]
+fn wrong_usage_ends_with_2() {
+    let p = Place::new();
+    for (args, said) in [
+        ("", "Usage"),
+        ("paint", "paint"),
+        ("render ball.pbrt --spp none", "none"),
+        ("render ball.pbrt -o a.gif", "exr, png, jpg, hdr and pfm"),
+        ("render ball.pbrt -q -m magic -o a.exr", "known: path"),
+        ("render ball.pbrt -q -p depth=3 -o a.exr", "max_depth"),
+        ("render ball.pbrt -q --camera 7 -o a.exr", "no camera `7`"),
+        ("render ball.pbrt -q --crop 30,0,40,10 -o a.exr", "empty within 24 x 18"),
+        ("render ball.pbrt -q --spp 4 --passes 0..5 -o a.exr", "plans only 4"),
+        ("methods magic", "known: path"),
+    ] {
+        let text = p.fails(2, args);
+        assert!(text.contains(said), "{args}: {text}");
+    }
+    assert!(!p.has("a.exr"));
+}
+
+#[test]
+fn bad_input_ends_with_1() {
+    let p = Place::new();
+    p.write("text.txt", "no scene");
+    p.write("empty.pbrt", "WorldBegin\n");
+    for args in [
+        "render missing.pbrt -o a.exr",
+        "render text.txt -o a.exr",
+        "render ball.pbrt -q -o nowhere/a.exr",
+        "render ball.pbrt -q --environment missing.hdr -o a.exr",
+        "render ball.pbrt -q --display 127.0.0.1:1 -o a.exr",
+        "merge missing.exr -o a.exr",
+        "compare ball.pbrt ball.pbrt",
+        "info missing.pbrt",
+        "rays missing.ply missing.f32",
+    ] {
+        let text = p.fails(1, args);
+        assert!(!text.trim().is_empty(), "{args} says nothing");
+    }
+    assert!(!p.has("a.exr"));
+}
+
+#[test]
+fn scene_errors_show_file_line_and_excerpt() {
+    let p = Place::new();
+    p.write("typo.pbrt", &SCENE.replace("Shape \"trianglemesh\"", "Shape \"trianglemsh\""));
+    let text = p.fails(1, "render typo.pbrt -o a.exr");
+    for part in
+        ["typo.pbrt:20:7", "Shape \"trianglemsh\"", "did you mean `trianglemesh`", "1 error, "]
+    {
+        assert!(text.contains(part), "{part} in\n{text}");
+    }
+}
