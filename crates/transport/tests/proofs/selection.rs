@@ -124,8 +124,12 @@ fn a_light_that_contributes_has_a_chance() {
 
 #[test]
 fn few_lights_are_chosen_by_power() {
-    assert_eq!(K::for_lights(2), K::Power);
-    assert_eq!(K::for_lights(100), K::Bvh);
+    let default = |count, infinite| K::for_lights(&lights(count, infinite).build().lights);
+    assert_eq!(default(2, false), K::Power);
+    assert_eq!(default(0, true), K::Power);
+    // A lamp beside the sky, and many lamps.
+    assert_eq!(default(1, true), K::Bvh);
+    assert_eq!(default(100, false), K::Bvh);
     for (name, kind) in [("uniform", K::Uniform), ("power", K::Power), ("bvh", K::Bvh)] {
         assert_eq!(name.parse(), Ok(kind));
     }
