@@ -35,6 +35,9 @@ pub struct CameraConnection {
     pub wi: Vec3,
     /// The point on the lens.
     pub p_lens: Vec3,
+    /// Where the connection enters the near plane: what stands between it and the lens is not
+    /// seen, and does not hide anything.
+    pub p_near: Vec3,
     /// Where the point shows on the film.
     pub film: Vec2,
     /// Importance emitted from the lens toward the point, per pixel of the film: the flux

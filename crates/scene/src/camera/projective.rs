@@ -3,6 +3,9 @@
 //! ```text
 //! direction through film position (x, y):  d = (k X, k Y, 1),  X, Y in the screen window   (1)
 //! importance per pixel (pinhole):          Wₑ = N / (A cos⁴θ),  pdf_ω = N / (A cos³θ)      (2)
+//! parallel projection with a lens:         from (x, y) + l through (x, y, f): l uniform on the
+//!                                          lens, pdf_ω = f² / (A_l cos³θ), at z (x, y) + l (1 - z/f)
+//!                                                                                          (3)
 //! ```
 //!
 //! A is the area of the picture on the plane z = 1 and N the number of its pixels: densities
@@ -177,6 +180,7 @@ impl Projective {
             return Some(CameraConnection {
                 wi: (p_lens - p).normalize(),
                 p_lens,
+                p_near: p_lens,
                 film,
                 we: self.pixels() / area,
                 pdf_w: 1.0,
@@ -184,36 +188,55 @@ impl Projective {
             });
         }
         let l = warp::disk(lens) * self.lens_radius;
-        let lens_point = Vec3::new(l.x, l.y, 0.0);
-        let d = q - lens_point;
-        // Where the ray meets the plane in focus, seen from the lens centre.
-        let film = if self.lens_radius > 0.0 {
-            let focus = lens_point + d * (self.focus_distance / d.z);
-            if self.perspective {
-                self.film(focus.x / self.focus_distance, focus.y / self.focus_distance)?
-            } else {
-                self.film(focus.x, focus.y)?
-            }
+        let (lens_point, film) = if self.perspective {
+            let lens_point = Vec3::new(l.x, l.y, 0.0);
+            let d = q - lens_point;
+            // Where the ray meets the plane in focus, seen from the lens centre.
+            let focus = lens_point + d * (self.focus(q.z) / d.z);
+            (lens_point, self.film(focus.x / focus.z, focus.y / focus.z)?)
         } else {
-            self.film(q.x / q.z, q.y / q.z)?
+            // The lens moves along with the film position: (3).
+            let k = 1.0 - q.z / self.focus_distance;
+            let (x, y) = (q.x - l.x * k, q.y - l.y * k);
+            (Vec3::new(x + l.x, y + l.y, 0.0), self.film(x, y)?)
         };
+        let p_near = self.to_world.point(lens_point + (q - lens_point) * (self.near / q.z));
         let p_lens = self.to_world.point(lens_point);
         let to_lens = p_lens - p;
         let d2 = to_lens.length_squared();
         let wi = to_lens / d2.sqrt();
         let cos = self.forward().abs_dot(wi);
         let we = self.importance(cos);
-        let pdf_w = if self.lens_radius > 0.0 { d2 / (cos * self.lens_area()) } else { 1.0 };
+        let pdf_w = match (self.perspective, self.lens_radius > 0.0) {
+            (true, true) => d2 / (cos * self.lens_area()),
+            (false, true) => self.parallel_pdf_w(cos),
+            _ => 1.0,
+        };
         // A pinhole has no area: the connection's 1/d² and cosine at the lens stand in `we`.
         let we = if self.lens_radius > 0.0 { we } else { we * cos / d2 };
-        Some(CameraConnection { wi, p_lens, film, we, pdf_w, delta: self.lens_radius == 0.0 })
+        let delta = self.lens_radius == 0.0;
+        Some(CameraConnection { wi, p_lens, p_near, film, we, pdf_w, delta })
     }
 
-    /// Importance per pixel toward a direction at angle cos from the axis, spread over the lens
-    /// area: (2), with the film projected to z = 1 or to the orthographic plane in focus.
+    /// Distance at which rays of one film position meet; of a pinhole any.
+    fn focus(&self, any: f32) -> f32 {
+        if self.lens_radius > 0.0 { self.focus_distance } else { any }
+    }
+
+    /// Importance per pixel toward a direction at angle cos from the axis: (2) spread over the
+    /// lens; for parallel projection the value that makes `we / pdf_w` of (3).
     fn importance(&self, cos: f32) -> f32 {
-        let plane = if self.perspective { 1.0 } else { self.focus_distance };
-        self.pixels() * sqr(plane) / (self.screen_area() * self.lens_area() * sqr(sqr(cos)))
+        let per_area = self.pixels() / self.screen_area();
+        if self.perspective {
+            per_area / (self.lens_area() * sqr(sqr(cos)))
+        } else {
+            per_area / sqr(self.scale) * self.parallel_pdf_w(cos) / cos
+        }
+    }
+
+    /// Density per solid angle of directions through a lens that moves along: (3).
+    fn parallel_pdf_w(&self, cos: f32) -> f32 {
+        sqr(self.focus_distance * self.scale) / (self.lens_area() * cos * cos * cos)
     }
 
     fn forward(&self) -> Vec3 {
@@ -229,19 +252,26 @@ impl Projective {
         }
         let cos = self.forward().dot(ray.d);
         let at_lens = o - d * (o.z / d.z);
-        let film = if !self.perspective {
-            self.film(at_lens.x, at_lens.y)
-        } else if self.lens_radius > 0.0 {
+        if !self.perspective {
+            // (3): the direction tells the lens point, and that the film position.
+            let l = Vec2::new(-d.x / d.z, -d.y / d.z) * self.focus_distance;
+            let through = l.length_squared() <= sqr(self.lens_radius) * 1.001 + 1e-12;
+            let film = self.film(at_lens.x - l.x, at_lens.y - l.y).filter(|_| through);
+            let pdf_a = 1.0 / (self.screen_area() * sqr(self.scale));
+            return match film {
+                Some(_) if self.lens_radius > 0.0 => (pdf_a, self.parallel_pdf_w(cos)),
+                Some(_) => (pdf_a, 1.0),
+                None => (0.0, 0.0),
+            };
+        }
+        let film = if self.lens_radius > 0.0 {
             let focus = at_lens + d * (self.focus_distance / d.z);
             self.film(focus.x / self.focus_distance, focus.y / self.focus_distance)
         } else {
             self.film(d.x / d.z, d.y / d.z)
         };
         match film {
-            Some(_) if self.perspective => {
-                (1.0 / self.lens_area(), 1.0 / (self.screen_area() * cos * cos * cos))
-            }
-            Some(_) => (1.0 / (self.screen_area() * sqr(self.scale)), 1.0),
+            Some(_) => (1.0 / self.lens_area(), 1.0 / (self.screen_area() * cos * cos * cos)),
             None => (0.0, 0.0),
         }
     }

@@ -59,10 +59,14 @@ impl Spherical {
             let sin = theta.sin().max(1e-7);
             (Vec2::new(phi / (2.0 * PI), theta / PI), pixels / (2.0 * PI * PI * sin))
         };
-        let film = Vec2::new(u.x * self.resolution[0], u.y * self.resolution[1]);
+        // The end of a circle is its start, the pole belongs to the last row.
+        let below = kaustika_math::ONE_MINUS_EPSILON;
+        let film =
+            Vec2::new(u.x.min(below) * self.resolution[0], u.y.min(below) * self.resolution[1]);
         Some(CameraConnection {
             wi,
             p_lens: self.position(),
+            p_near: self.position(),
             film,
             we: pdf_w / d2,
             pdf_w: 1.0,

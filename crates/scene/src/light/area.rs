@@ -189,15 +189,23 @@ impl AreaLight {
 
     /// Emitted flux: ∫ π L dA, by a fixed set of points where the radiance varies.
     pub fn power(&self, scene: &Scene, lambda: &Wavelengths) -> Spectrum {
-        const N: usize = 4;
-        let mut sum = Spectrum::ZERO;
-        for i in 0..N * N {
-            let u = Vec2::new((i % N) as f32 + 0.5, (i / N) as f32 + 0.5) / N as f32;
-            let (s, pdf_a) = self.sample_area(scene, u);
-            sum += self.emitted(scene, s.n, s.uv, s.p, s.n, lambda) / pdf_a;
-        }
         let sides = if self.two_sided { 2.0 } else { 1.0 };
-        sum * (sides * PI / (N * N) as f32)
+        let radiance = |u: Vec2| {
+            let (s, pdf_a) = self.sample_area(scene, u);
+            (self.emitted(scene, s.n, s.uv, s.p, s.n, lambda), pdf_a)
+        };
+        if scene.textures.constant(self.radiance).is_some() {
+            return radiance(Vec2::splat(0.5)).0 * (sides * PI * self.area(scene));
+        }
+        // Meshes have many triangles, each a small part of the texture.
+        let n = if matches!(self.shape, AreaShape::Triangle(..)) { 4 } else { 16 };
+        let mut sum = Spectrum::ZERO;
+        for i in 0..n * n {
+            let u = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
+            let (le, pdf_a) = radiance(u);
+            sum += le / pdf_a;
+        }
+        sum * (sides * PI / (n * n) as f32)
     }
 
     /// World-space area.

@@ -159,14 +159,39 @@ impl Spot {
         (0.0, if inside { warp::uniform_cone_pdf_w(1.0 - self.cutoff.cos()) } else { 0.0 })
     }
 
-    pub(super) fn power(&self, _: &Scene, lambda: &Wavelengths) -> Spectrum {
-        self.intensity.eval(lambda) * (self.scale * self.solid_angle())
+    pub(super) fn power(&self, scene: &Scene, lambda: &Wavelengths) -> Spectrum {
+        if self.texture.is_none() {
+            return self.intensity.eval(lambda) * (self.scale * self.solid_angle());
+        }
+        // Through a slide, by the midpoint rule over the cone.
+        const N: usize = 32;
+        let one_minus_cos = 1.0 - self.cutoff.cos();
+        let mut sum = Spectrum::ZERO;
+        for i in 0..N * N {
+            let u = Vec2::new((i % N) as f32 + 0.5, (i / N) as f32 + 0.5) / N as f32;
+            let w = self.to_world.vector(warp::uniform_cone(u, one_minus_cos));
+            sum += self.along(scene, w, lambda);
+        }
+        sum / (warp::uniform_cone_pdf_w(one_minus_cos) * (N * N) as f32)
     }
 
-    /// ∫ falloff dω, exact for the smoothstep and close for the linear falloff.
+    /// ∫ falloff dω. With c cutoff, b beam width:
+    ///
+    /// ```text
+    /// ∫ (c - θ)/(c - b) sin θ dθ over [b, c] = cos b - (sin c - sin b)/(c - b)
+    /// ```
+    ///
+    /// and the smoothstep has the mean ½ over its range of cosines.
     pub fn solid_angle(&self) -> f32 {
         let (cut, beam) = (self.cutoff.cos(), self.beam_width.cos());
-        2.0 * PI * ((1.0 - beam) + 0.5 * (beam - cut))
+        let width = self.cutoff - self.beam_width;
+        let border = match self.falloff {
+            SpotFalloff::LinearAngle if width > 1e-3 => {
+                beam - (self.cutoff.sin() - self.beam_width.sin()) / width
+            }
+            _ => 0.5 * (beam - cut),
+        };
+        2.0 * PI * ((1.0 - beam) + border)
     }
 }
 

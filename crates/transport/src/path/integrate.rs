@@ -59,11 +59,14 @@ struct Previous {
 impl<'a> Integrator<'a> {
     /// For one scene and picture.
     pub fn new(scene: &'a Scene, frame: &'a Frame, params: &PathParams) -> Integrator<'a> {
+        let max_depth = u32::try_from(params.max_depth).unwrap_or(u32::MAX);
+        let only_depth = u32::try_from(params.only_depth).ok();
         Integrator {
             scene,
             frame,
-            max_depth: u32::try_from(params.max_depth).unwrap_or(u32::MAX),
-            only_depth: u32::try_from(params.only_depth).ok(),
+            // Nothing longer than the one length that is wanted.
+            max_depth: only_depth.map_or(max_depth, |only| only.min(max_depth)),
+            only_depth,
             roulette: params.roulette(),
             mis: params.mis,
             hide_emitters: params.hide_emitters,

@@ -1,0 +1,138 @@
+//! Every light that can be met by chance: sampling it and meeting it agree.
+
+use crate::scenes::*;
+use crate::stats::same;
+use kaustika_math::Vec3;
+use kaustika_scene::description::*;
+use kaustika_spectra::ColorSpace;
+use serde_json::json;
+
+/// Sampling the light, meeting it and both, at two points of the floor.
+fn techniques_agree(what: &str, stage: &Stage) {
+    let scene = stage.build();
+    for (x, y) in [(0.0, 0.0), (1.1, -0.7)] {
+        let mean =
+            |mis: &str| irradiance(&scene, x, y, json!({"mis": mis, "max_depth": 1}), 20_000);
+        let (light, bsdf, both) = (mean("light"), mean("bsdf"), mean("power"));
+        assert!(bsdf.mean() > 0.0, "{what}: dark");
+        same(&format!("{what} at {x}, light and bsdf"), &light, &bsdf);
+        same(&format!("{what} at {x}, light and both"), &light, &both);
+    }
+}
+
+#[test]
+fn area_lights() {
+    let triangle = mesh(&[v(-0.5, 0.0, 1.0), v(0.7, 0.1, 0.9), v(0.0, 0.8, 1.3)], &[[0, 2, 1]]);
+    let cut = GeometryDesc::Sphere { radius: 0.5, z_min: -0.2, z_max: 0.4, phi_max: 250.0 };
+    let ring = GeometryDesc::Disk { height: 0.2, radius: 0.6, inner_radius: 0.3, phi_max: 300.0 };
+    let tube = GeometryDesc::Cylinder { radius: 0.3, z_min: -0.5, z_max: 0.8, phi_max: 360.0 };
+    let lying = at(0.2, 0.1, 0.9) * rotate(70.0, Vec3::Y);
+    let cases = [
+        ("triangle", triangle, HERE),
+        ("sphere", sphere(0.4), lying),
+        ("ellipsoid", sphere(0.4), lying * scale(1.0, 0.5, 1.4)),
+        ("cut sphere", cut, lying),
+        ("disk", disk(0.5), at(0.2, 0.0, 0.8) * down()),
+        ("ellipse", disk(0.5), at(0.2, 0.0, 0.8) * down() * scale(1.5, 0.6, 1.0)),
+        ("ring", ring, at(0.0, 0.0, 1.0) * down()),
+        ("cylinder", tube.clone(), lying),
+        ("squeezed cylinder", tube, lying * scale(1.0, 0.4, 1.0)),
+        ("rectangle", GeometryDesc::Rectangle, at(0.0, 0.3, 1.0) * down() * scale(0.6, 0.3, 1.0)),
+        ("cube", GeometryDesc::Cube, lying * scale(0.3, 0.2, 0.2)),
+    ];
+    for (what, form, t) in cases {
+        for two_sided in [false, true] {
+            let mut stage = Stage::new();
+            floor(&mut stage);
+            let lamp = stage.lamp(form.clone(), t, 2.0);
+            lamp.emission.as_mut().expect("a lamp").two_sided = two_sided;
+            techniques_agree(&format!("{what}, two-sided {two_sided}"), &stage);
+        }
+    }
+}
+
+#[test]
+fn light_from_within() {
+    // The floor inside an emitting sphere: E = πL.
+    let mut stage = Stage::new();
+    floor(&mut stage);
+    stage.lamp(sphere(3.0), at(0.4, 0.0, 0.5), 2.0).flip_normals = true;
+    techniques_agree("inside of a sphere", &stage);
+    let e = irradiance(&stage.build(), 0.0, 0.0, json!({"max_depth": 1}), 20_000);
+    crate::stats::agrees("inside of a sphere", &e, 2.0 * std::f64::consts::PI);
+}
+
+#[test]
+fn painted_lights() {
+    let paint = bitmap(8, 4, |x, y| [4.0 * x * y, (3.0 * x).floor(), 0.1]);
+    for (what, form, t) in [
+        ("painted rectangle", GeometryDesc::Rectangle, at(0.2, 0.0, 0.8) * down()),
+        ("painted sphere", sphere(0.4), at(0.3, 0.2, 0.8) * rotate(40.0, Vec3::X)),
+        ("painted disk", disk(0.6), at(0.3, 0.2, 0.8) * down()),
+    ] {
+        let mut stage = Stage::new();
+        floor(&mut stage);
+        let radiance = texture(&mut stage, paint.clone(), BitmapFilter::Bilinear);
+        stage.lamp(form, t, 1.0).emission.as_mut().expect("a lamp").radiance = radiance;
+        techniques_agree(what, &stage);
+    }
+}
+
+#[test]
+fn environments() {
+    let sun = |x: f32, y: f32| {
+        let d2 = (x - 0.3).powi(2) + (y - 0.2).powi(2);
+        [0.2 + 30.0 * (-200.0 * d2).exp(), 0.2 + y, 0.5 * x]
+    };
+    for (what, layout, w, h) in [
+        ("lat-long", EnvironmentLayout::LatLong, 32, 16),
+        ("equal-area", EnvironmentLayout::EqualArea, 24, 24),
+    ] {
+        let mut stage = Stage::new();
+        floor(&mut stage);
+        let kind = LightKind::Image {
+            bitmap: bitmap(w, h, sun),
+            space: ColorSpace::Srgb,
+            layout,
+            scale: 0.7,
+            illuminance: None,
+        };
+        stage.light(kind, rotate(100.0, v(1.0, 0.3, -0.2)));
+        techniques_agree(what, &stage);
+    }
+    let mut stage = Stage::new();
+    floor(&mut stage);
+    stage.sky(0.3);
+    techniques_agree("constant", &stage);
+}
+
+#[test]
+fn many_lights_under_every_selection() {
+    use kaustika_scene::LightSelectionKind as K;
+    let mut stage = Stage::new();
+    floor(&mut stage);
+    let mut random = crate::stats::Random::new(5);
+    for i in 0..24 {
+        let p = random.v3();
+        let t = at(2.0 * p.x, 2.0 * p.y, 1.0 + 0.6 * p.z) * rotate(360.0 * random.f(), random.v3());
+        let form = match i % 4 {
+            0 => sphere(0.1),
+            1 => disk(0.2),
+            2 => GeometryDesc::Rectangle,
+            _ => GeometryDesc::Cylinder { radius: 0.05, z_min: 0.0, z_max: 0.4, phi_max: 360.0 },
+        };
+        stage.lamp(form, t * scale(0.5, 0.5, 0.5), 4.0 * random.f());
+    }
+    stage.sky(0.1);
+    let mut all = Vec::new();
+    for kind in [K::Uniform, K::Power, K::Bvh] {
+        stage.selection = Some(kind);
+        techniques_agree(&format!("{kind:?}"), &stage);
+        let p = json!({"mis": "light", "max_depth": 1});
+        all.push(irradiance(&stage.build(), 0.3, 0.2, p, 20_000));
+    }
+    same("uniform and power", &all[0], &all[1]);
+    same("uniform and bvh", &all[0], &all[2]);
+    // What the hierarchy is for.
+    assert!(all[2].variance() < all[0].variance());
+}

@@ -1,0 +1,21 @@
+//! Proofs of the scene and the path tracer against values known in closed form, and of
+//! estimators against each other.
+//!
+//! Seeds are fixed and samples independent, so each test passes always or never. Statistical
+//! comparisons share one family-wise level of 1 % (Šidák), see [`stats`].
+
+mod adjoint;
+mod cameras;
+mod furnace;
+mod irradiance;
+mod light_kinds;
+mod mis;
+mod placing;
+mod refraction;
+mod roulette;
+mod samplers;
+mod scenes;
+mod selection;
+mod spectral;
+mod stats;
+mod surfaces;
