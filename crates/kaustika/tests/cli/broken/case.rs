@@ -70,13 +70,13 @@ impl Case {
     }
 
     /// The command line is at fault, not the input.
-    pub fn is_wrong_usage(mut self) -> Case {
+    pub fn wrong_usage(mut self) -> Case {
         self.code = 2;
         self
     }
 
     /// It is odd, but good enough.
-    pub fn is_accepted(mut self) -> Case {
+    pub fn accepted(mut self) -> Case {
         self.code = 0;
         self
     }

@@ -27,10 +27,10 @@ pub fn cases() -> Vec<Case> {
 /// What the words themselves are.
 fn usage() -> Vec<Case> {
     let wrong = |name, args: &str| {
-        Case::new(name, &format!("render ball.pbrt {args} -o a.exr")).is_wrong_usage()
+        Case::new(name, &format!("render ball.pbrt {args} -o a.exr")).wrong_usage()
     };
     vec![
-        Case::new("usage-unknown-command", "rendr ball.pbrt").is_wrong_usage(),
+        Case::new("usage-unknown-command", "rendr ball.pbrt").wrong_usage(),
         wrong("usage-unknown-option", "--sp 4"),
         wrong("usage-spp-of-letters", "--spp many"),
         wrong("usage-spp-of-zero", "--spp 0"),
@@ -55,15 +55,15 @@ fn usage() -> Vec<Case> {
         wrong("usage-bad-time", "--time soon"),
         wrong("usage-bad-passes", "--passes 4-8"),
         wrong("usage-no-value-of-a-parameter", "-p max_depth"),
-        Case::new("merge-nothing", "merge -o a.exr").is_wrong_usage(),
-        Case::new("compare-one", "compare x.exr").is_wrong_usage(),
+        Case::new("merge-nothing", "merge -o a.exr").wrong_usage(),
+        Case::new("compare-one", "compare x.exr").wrong_usage(),
     ]
 }
 
 /// What can't be known before the scene is.
 fn choices() -> Vec<Case> {
     let wrong = |name, args: &str| {
-        Case::new(name, &format!("render ball.pbrt {args} -o a.exr")).is_wrong_usage()
+        Case::new(name, &format!("render ball.pbrt {args} -o a.exr")).wrong_usage()
     };
     vec![
         Case::new("scene-of-unknown-kind", "render ball.blend -o a.exr").file("ball.blend", "BLENDER"),
@@ -79,18 +79,18 @@ fn choices() -> Vec<Case> {
         Case::new("choice-unused-define", "render s.xml -D depht=3 --spp 1 -o a.exr")
             .file("s.xml", "<scene version=\"3.0.0\">\n<default name=\"depth\" value=\"3\"/>\n<sensor type=\"perspective\"/>\n<emitter type=\"constant\"/></scene>")
             .args("render s.xml -D depht=3 --spp 1 --resolution 4x4 -o a.exr")
-            .is_accepted(),
+            .accepted(),
         Case::new("info-missing-scene", "info gone.pbrt"),
         Case::new("info-of-a-picture", "info a.png").file("a.png", "no scene"),
-        Case::new("methods-unknown", "methods pth").is_wrong_usage(),
+        Case::new("methods-unknown", "methods pth").wrong_usage(),
         Case::new("rays-missing", "rays gone.ply gone.f32"),
     ]
 }
 
 fn outputs() -> Vec<Case> {
     vec![
-        Case::new("output-of-unknown-kind", "render ball.pbrt -o a.gif").is_wrong_usage(),
-        Case::new("output-without-extension", "render ball.pbrt -o picture").is_wrong_usage(),
+        Case::new("output-of-unknown-kind", "render ball.pbrt -o a.gif").wrong_usage(),
+        Case::new("output-without-extension", "render ball.pbrt -o picture").wrong_usage(),
         Case::new("output-in-no-folder", "render ball.pbrt -o nowhere/a.exr"),
         Case::new("output-in-a-file", "render ball.pbrt -o ball.pbrt/a.exr"),
         Case::new("output-is-a-folder", "render ball.pbrt -q --spp 1 -o b.exr")
@@ -152,11 +152,11 @@ fn pictures() -> Vec<Case> {
         Case::new("compare-sizes", "compare x.exr y.exr").prepared(|p| {
             shares(p, "--spp 1", "--spp 1 --resolution 8x6");
         }),
-        Case::new("compare-unknown-space", "compare x.exr y.exr --space lab").is_wrong_usage(),
-        Case::new("compare-no-spp", "compare x.pfm x.pfm --variance x.pfm")
-            .is_wrong_usage()
-            .prepared(|p| {
+        Case::new("compare-unknown-space", "compare x.exr y.exr --space lab").wrong_usage(),
+        Case::new("compare-no-spp", "compare x.pfm x.pfm --variance x.pfm").wrong_usage().prepared(
+            |p| {
                 p.ok("render ball.pbrt -q --spp 1 -o x.pfm");
-            }),
+            },
+        ),
     ]
 }

@@ -116,13 +116,13 @@ fn names() -> Vec<Case> {
         Case::mitsuba("xml-bsdf-of-itself", "<bsdf type=\"mask\" id=\"a\"><ref id=\"a\"/></bsdf>"),
         Case::mitsuba("xml-bsdfs-in-a-circle", "<bsdf type=\"blendbsdf\" id=\"a\"><float name=\"weight\" value=\"0.5\"/><ref id=\"b\"/><bsdf type=\"diffuse\"/></bsdf>\n<bsdf type=\"blendbsdf\" id=\"b\"><float name=\"weight\" value=\"0.5\"/><ref id=\"a\"/><bsdf type=\"diffuse\"/></bsdf>"),
         Case::mitsuba("xml-emitter-on-unknown-shape", "<shape type=\"pyramid\">\n  <emitter type=\"area\"/>\n</shape>"),
-        Case::mitsuba("xml-area-light-without-a-shape", "<emitter type=\"area\"/>").args("render s.xml --spp 1 -o a.exr").is_accepted(),
+        Case::mitsuba("xml-area-light-without-a-shape", "<emitter type=\"area\"/>").args("render s.xml --spp 1 -o a.exr").accepted(),
         Case::mitsuba("xml-missing-mesh", "<shape type=\"obj\">\n  <string name=\"filename\" value=\"gone.obj\"/>\n</shape>"),
         Case::mitsuba("xml-mesh-file-not-named", "<shape type=\"ply\"/>"),
         Case::mitsuba_06("xml06-unknown-bsdf", "<shape type=\"cube\"><bsdf type=\"roughplstic\"/></shape>"),
         Case::mitsuba_06("xml06-unknown-emitter", "<emitter type=\"sunskyy\"/>"),
         Case::mitsuba_06("xml06-undefined-id", "<shape type=\"cube\"><ref id=\"wall\"/></shape>"),
-        Case::mitsuba("xml-unknown-parameter", "<emitter type=\"constant\"/>\n<shape type=\"sphere\"><float name=\"radios\" value=\"2\"/></shape>").args("render s.xml --spp 1 -o a.exr").is_accepted(),
+        Case::mitsuba("xml-unknown-parameter", "<emitter type=\"constant\"/>\n<shape type=\"sphere\"><float name=\"radios\" value=\"2\"/></shape>").args("render s.xml --spp 1 -o a.exr").accepted(),
     ]
 }
 

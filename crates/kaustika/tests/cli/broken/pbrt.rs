@@ -126,7 +126,7 @@ fn names() -> Vec<Case> {
             "pbrt-mixes-in-a-circle",
             "MakeNamedMaterial \"a\" \"string type\" \"diffuse\"\nMakeNamedMaterial \"m\" \"string type\" \"mix\" \"string materials\" [ \"n\" \"a\" ]\nMakeNamedMaterial \"n\" \"string type\" \"mix\" \"string materials\" [ \"a\" \"m\" ]",
         ),
-        Case::pbrt("pbrt-unknown-parameter", &format!("{BALL} \"float radios\" 2")).is_accepted(),
+        Case::pbrt("pbrt-unknown-parameter", &format!("{BALL} \"float radios\" 2")).accepted(),
     ]
 }
 
@@ -137,7 +137,7 @@ fn shapes() -> Vec<Case> {
         Case::pbrt("pbrt-mesh-without-points", "Shape \"trianglemesh\" \"integer indices\" [ 0 1 2 ]"),
         Case::pbrt("pbrt-mesh-index-out-of-range", "Shape \"trianglemesh\" \"point3 P\" [ 0 0 0  1 0 0  0 1 0 ]\n  \"integer indices\" [ 0 1 3 ]"),
         Case::pbrt("pbrt-mesh-negative-index", "Shape \"trianglemesh\" \"point3 P\" [ 0 0 0  1 0 0  0 1 0 ]\n  \"integer indices\" [ 0 1 -1 ]"),
-        Case::pbrt("pbrt-mesh-index-left-over", "LightSource \"infinite\"\nShape \"trianglemesh\" \"point3 P\" [ 0 0 0  1 0 0  0 1 0 ]\n  \"integer indices\" [ 0 1 2 0 ]").is_accepted(),
+        Case::pbrt("pbrt-mesh-index-left-over", "LightSource \"infinite\"\nShape \"trianglemesh\" \"point3 P\" [ 0 0 0  1 0 0  0 1 0 ]\n  \"integer indices\" [ 0 1 2 0 ]").accepted(),
         Case::pbrt("pbrt-mesh-number-left-over", "Shape \"trianglemesh\" \"point3 P\" [ 0 0 0  1 0 0  0 1 ]"),
         Case::pbrt("pbrt-mesh-nan-point", "Shape \"trianglemesh\" \"point3 P\" [ 0 0 0  1 0 0  0 nan 0 ]"),
         Case::pbrt("pbrt-missing-mesh", "Shape \"plymesh\" \"string filename\" \"gone.ply\""),
@@ -155,7 +155,7 @@ fn cameras() -> Vec<Case> {
     vec![
         Case::pbrt_file("pbrt-no-camera", format!("WorldBegin\n{BALL}\n"))
             .args("render s.pbrt --resolution 8x6 --spp 1 -o a.exr")
-            .is_accepted(),
+            .accepted(),
         film("pbrt-no-pixels", "\"integer xresolution\" 0 \"integer yresolution\" 0"),
         film("pbrt-negative-resolution", "\"integer xresolution\" -8"),
         film(
@@ -171,11 +171,11 @@ fn cameras() -> Vec<Case> {
         film(
             "pbrt-unknown-sampler",
             "\"integer xresolution\" 8 \"integer yresolution\" 6\nSampler \"haltn\"",
-        ).is_accepted(),
+        ).accepted(),
         film(
             "pbrt-no-samples",
             "\"integer xresolution\" 8 \"integer yresolution\" 6\nSampler \"halton\" \"integer pixelsamples\" 0",
-        ).is_accepted(),
+        ).accepted(),
         film(
             "pbrt-filter-of-no-width",
             "\"integer xresolution\" 8 \"integer yresolution\" 6\nPixelFilter \"box\" \"float xradius\" 0",
