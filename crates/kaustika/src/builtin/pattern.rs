@@ -155,7 +155,7 @@ mod tests {
             (0..3).map(|c| (t[3 * a + c] as f32 - t[3 * b + c] as f32).abs()).sum::<f32>()
         };
         let mean = |pairs: &dyn Fn(usize) -> (usize, usize)| {
-            (0..256).map(|i| pairs(i)).map(|(a, b)| step(a, b)).sum::<f32>() / 256.0
+            (0..256).map(pairs).map(|(a, b)| step(a, b)).sum::<f32>() / 256.0
         };
         // Steps over the seam are like steps inside.
         let seam = mean(&|i| (256 * i, 256 * i + 255));
