@@ -68,8 +68,10 @@ impl Record {
         if let Some((name, here, there)) = pairs.iter().find(|(_, a, b)| a != b) {
             return Some(format!("another {name}: {here} here, {there} there"));
         }
-        (self.fingerprint != other.fingerprint)
-            .then(|| format!("another scene: {} and {} differ", self.scene, other.scene))
+        (self.fingerprint != other.fingerprint).then(|| match self.scene == other.scene {
+            true => format!("another scene: {} has changed in between", self.scene),
+            false => format!("another scene: {} and {} differ", self.scene, other.scene),
+        })
     }
 
     /// Width and height of the rendered region.

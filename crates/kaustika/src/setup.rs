@@ -6,7 +6,9 @@ use kaustika_film::FilterDesc;
 use kaustika_film::accumulate::{Feature, Layers};
 use kaustika_math::Vec2;
 use kaustika_sampling::{SamplerConfig, SamplerKind};
-use kaustika_scene::description::{FilterChoice, SceneDescription, SourceFormat};
+use kaustika_scene::description::{
+    FilterChoice, SceneDescription, SourceFormat, Span, nearest_name,
+};
 use kaustika_scene::{BuildError, LightSelectionKind, Scene, SceneOptions};
 use kaustika_spectra::{ColorMode, ColorSpace, Sensor};
 use kaustika_transport::Frame;
@@ -100,7 +102,9 @@ impl Setup {
         // Cheap questions first: building a scene may take minutes.
         let name = options.method.as_deref().unwrap_or("path");
         let entry = find_method(name)?;
-        let parameters = parameters(description, &(entry.parameters)(), &options.parameters);
+        let known = (entry.parameters)();
+        let parameters = parameters(description, &known, &options.parameters);
+        check_parameters(entry, &known, &options.parameters)?;
         let method = (entry.make)(&parameters)
             .map_err(|e| SetupError::Choice(format!("method `{name}`: {e}")))?;
 
@@ -110,9 +114,13 @@ impl Setup {
         let pixels = resolution[0] as u64 * resolution[1] as u64;
         if pixels == 0 || pixels > MAX_PIXELS {
             let [w, h] = resolution;
-            return Err(SetupError::Choice(format!(
+            let message = format!(
                 "a picture of {w} x {h} pixels can't be rendered; choose at least 1 x 1 and at most 2^28 pixels in all"
-            )));
+            );
+            return Err(match options.resolution {
+                Some(_) => SetupError::Choice(message),
+                None => BuildError { message, span: camera.span }.into(),
+            });
         }
 
         let spp = options.spp.or(camera.spp).unwrap_or(DEFAULT_SPP);
@@ -198,8 +206,12 @@ fn choose_camera(
 ) -> Result<usize, SetupError> {
     let cameras = &description.cameras;
     if cameras.is_empty() {
-        let message = "the scene has no camera".into();
-        return Err(SetupError::Scene(BuildError { message, span: None }));
+        let message =
+            "nothing can be rendered without a camera; in a Mitsuba file that is a `<sensor>`"
+                .into();
+        let start_of_file = Span { file: 0, start: 0, end: 0 };
+        let span = description.sources.files.first().map(|_| start_of_file);
+        return Err(BuildError { message, span }.into());
     }
     let Some(wanted) = wanted else { return Ok(0) };
     if let Some(i) = cameras.iter().position(|c| c.name == wanted) {
@@ -274,6 +286,46 @@ fn parameters(
         map.insert(key.clone(), scalar(value));
     }
     map
+}
+
+/// Each parameter of the user's on its own, so that the wrong one can be named.
+fn check_parameters(
+    entry: &registry::Entry,
+    known: &[registry::Parameter],
+    given: &[(String, String)],
+) -> Result<(), SetupError> {
+    let method = entry.info.name;
+    for (key, value) in given {
+        if !known.iter().any(|p| p.key == key) {
+            let keys: Vec<&str> = known.iter().map(|p| p.key).collect();
+            let advice = match nearest_name(key, &keys) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => format!("known: {}", keys.join(", ")),
+            };
+            let message = format!("method `{method}` has no parameter `{key}`; {advice}");
+            return Err(SetupError::Choice(message));
+        }
+        let alone = Map::from_iter([(key.clone(), scalar(value))]);
+        if let Err(e) = (entry.make)(&alone) {
+            let message = format!("parameter `{key}` of method `{method}`: {}", in_words(&e));
+            return Err(SetupError::Choice(message));
+        }
+    }
+    Ok(())
+}
+
+/// serde's message about a value, with words for Rust's types.
+fn in_words(error: &str) -> String {
+    let Some((found, expected)) = error.rsplit_once(", expected ") else { return error.into() };
+    let expected = match expected {
+        "i8" | "i16" | "i32" | "i64" => "a whole number",
+        "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number from 0",
+        "f32" | "f64" => "a number",
+        "a boolean" => "true or false",
+        other => other,
+    };
+    let found = found.trim_start_matches("invalid type: ").trim_start_matches("invalid value: ");
+    format!("expected {expected}, found {found}")
 }
 
 /// A number or a truth value where it reads as one, else text.

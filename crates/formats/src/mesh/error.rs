@@ -102,7 +102,7 @@ pub enum MeshCause {
     #[error("the {0} is not finite")]
     NotFinite(&'static str),
     /// `shape_index` beyond the meshes in the file.
-    #[error("shape index {asked} is out of range (the file holds {meshes})")]
+    #[error("shape index {asked} is out of range (the file holds {meshes}, counted from 0)")]
     ShapeIndex {
         /// The index asked for.
         asked: usize,

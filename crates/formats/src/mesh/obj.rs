@@ -211,6 +211,10 @@ impl<'a> Reader<'a> {
             let message = format!("expected a {what} index, found `{word}`");
             return Err(Fault::line(self.words.line, message));
         };
+        if index == 0 {
+            let message = format!("{what} index 0 is out of range (they count from 1)");
+            return Err(Fault::line(self.words.line, message));
+        }
         let from_zero = if index < 0 { index + count as i64 } else { index - 1 };
         if (0..count as i64).contains(&from_zero) && from_zero < NONE as i64 {
             return Ok(from_zero as u32);

@@ -149,6 +149,8 @@ impl<'a> Converter<'a> {
             let object = self.object(id);
             let message = format!("{} `{}` refers to itself", object.kind.word(), object.id);
             self.out.diagnostics.error(object.span, message);
+            // What it has not asked for yet is no fault of the file's.
+            object.parameters.iter().for_each(|p| p.used.set(true));
             return None;
         }
         self.active.push(id);
@@ -275,7 +277,10 @@ impl<'a> Converter<'a> {
             Value::Transform(m) => document::invertible(m).unwrap_or_else(|| {
                 self.out
                     .diagnostics
-                    .error(p.span, format!("the transform `{name}` has no inverse"))
+                    .error(
+                        p.span,
+                        format!("the transform `{}` has no inverse", spelling(object, name)),
+                    )
                     .hint("no axis may be scaled by zero");
                 Transform::IDENTITY
             }),
@@ -301,7 +306,10 @@ impl<'a> Converter<'a> {
         };
         let found = super::find::find(self.document, &self.out.sources, span.file, text);
         if found.is_none() {
-            self.out.diagnostics.error(span, format!("can't find the file `{text}`"));
+            self.out
+                .diagnostics
+                .error(span, format!("can't find the file `{text}`"))
+                .hint(super::find::WHERE_LOOKED);
         }
         found.map(|path| (path, span))
     }

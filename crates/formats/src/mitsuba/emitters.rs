@@ -36,7 +36,16 @@ impl<'a> Converter<'a> {
         object.ignore(&["sampling_weight"]);
         let made = match object.plugin.as_str() {
             // Stands in the scene to be referred to by shapes.
-            "area" | "directionalarea" => return,
+            "area" | "directionalarea" => {
+                if object.id.is_empty() {
+                    let message = format!("emitter `{}` lights nothing here", object.plugin);
+                    self.out
+                        .diagnostics
+                        .warning(object.span, message)
+                        .hint("put it into the `<shape>` that shines");
+                }
+                return;
+            }
             "point" => self.point(object),
             "spot" => self.spot(object),
             "directional" => self.directional(object),

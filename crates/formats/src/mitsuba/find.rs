@@ -4,6 +4,10 @@ use super::document::Document;
 use kaustika_scene::description::SourceMap;
 use std::path::{Path, PathBuf};
 
+/// Advice where a file is not found.
+pub(super) const WHERE_LOOKED: &str =
+    "relative names start at the folder of the scene file or at that of a `<path>` element";
+
 /// The first that exists of: the name in the folders of `<path>` elements (of the file it stands
 /// in, then of the main file), beside the file it stands in, beside the main file, in the working
 /// directory. Backslashes count as slashes.

@@ -157,12 +157,32 @@ impl Parser {
         match roxmltree::Document::parse(text) {
             Ok(xml) => Some(xml),
             Err(e) => {
-                let at = byte_offset(text, e.pos().row, e.pos().col);
+                // roxmltree gives the end of the text no position of its own.
+                let at = match e {
+                    roxmltree::Error::UnexpectedEndOfStream => text.trim_end().len(),
+                    _ => byte_offset(text, e.pos().row, e.pos().col),
+                };
                 let span = Span { file, start: at as u32, end: at as u32 };
                 // roxmltree ends its messages with "at row:col"; the span says that already.
                 let message = e.to_string();
                 let cause = message.rsplit_once(" at ").map_or(message.as_str(), |(m, _)| m);
-                self.diagnostics.error(span, format!("malformed XML: {cause}"));
+                let cause = match text.trim().is_empty() {
+                    true => "the file is empty",
+                    false => cause,
+                };
+                let error = self.diagnostics.error(span, format!("malformed XML: {cause}"));
+                match e {
+                    roxmltree::Error::UnexpectedCloseTag(open, _, _) => {
+                        error.hint(format!("`<{open}>` is still open here: add `</{open}>`"));
+                    }
+                    roxmltree::Error::UnexpectedEndOfStream => {
+                        error.hint("something is not closed; is the file cut short?");
+                    }
+                    roxmltree::Error::UnknownToken(_) => {
+                        error.hint("a scene file begins with `<scene version=\"3.0.0\">`");
+                    }
+                    _ => {}
+                }
                 None
             }
         }
@@ -308,7 +328,8 @@ impl Parser {
         let Some(name) = a.get("filename") else { return };
         let Some(path) = self.document_file(ctx.file, &name.value) else {
             self.diagnostics
-                .error(name.span, format!("can't find the included file `{}`", name.value));
+                .error(name.span, format!("can't find the included file `{}`", name.value))
+                .hint(super::find::WHERE_LOOKED);
             return;
         };
         if self.open.contains(&canonical(&path)) {

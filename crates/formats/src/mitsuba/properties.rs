@@ -3,7 +3,7 @@
 use super::document::{Dialect, ObjectId, Parameter, SpectrumValue, Value};
 use super::parse::{FileContext, Parser};
 use super::values;
-use kaustika_scene::description::Span;
+use kaustika_scene::description::{Span, nearest_name};
 use roxmltree::Node;
 use std::cell::Cell;
 
@@ -200,7 +200,11 @@ impl Parser {
             match self.variables.substitute(attribute.value()) {
                 Ok(value) => list.push(Attribute { name: name.to_string(), value, span }),
                 Err(variable) => {
-                    let hint = format!("pass `-D {variable}=...` or add a `<default>` above");
+                    let known = self.variables.names();
+                    let hint = match nearest_name(&variable, &known) {
+                        Some(near) => format!("did you mean `${near}`?"),
+                        None => format!("pass `-D {variable}=...` or add a `<default>` above"),
+                    };
                     self.diagnostics
                         .error(span, format!("undefined parameter `${variable}`"))
                         .hint(hint);

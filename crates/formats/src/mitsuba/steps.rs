@@ -80,7 +80,7 @@ impl Parser {
                 };
                 let (origin, target, up) = (point("origin")?, point("target")?, point("up")?);
                 let matrix = matrix::look_at(origin, target, up)
-                    .ok_or("`origin`, `target` and `up` do not span a frame");
+                    .ok_or("`origin`, `target` and `up` do not span a frame: `target` must differ from `origin`, and `up` from the direction between them");
                 self.check(matrix, span)
             }
             "matrix" => {

@@ -57,9 +57,10 @@ impl Reader {
         let current = self.folder(name.span.file).to_path_buf();
         let Some(path) = files::resolve(&name.text, &self.main, &current) else {
             let error = self.diag.error(name.span, format!("no file `{}`", name.text));
-            if let Some(near) = files::nearest_file(&name.text, &self.main) {
-                error.hint(format!("did you mean `{near}`?"));
-            }
+            error.hint(match files::nearest_file(&name.text, &self.main) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => files::WHERE_LOOKED.into(),
+            });
             return Ok(());
         };
         if !import {

@@ -110,9 +110,10 @@ impl Builder {
         if found.is_none() {
             let message = format!("no {what} file `{}`", name.text);
             let error = self.desc.diagnostics.error(name.span, message);
-            if let Some(near) = files::nearest_file(&name.text, &self.main) {
-                error.hint(format!("did you mean `{near}`?"));
-            }
+            error.hint(match files::nearest_file(&name.text, &self.main) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => files::WHERE_LOOKED.into(),
+            });
         }
         found
     }

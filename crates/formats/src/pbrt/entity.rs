@@ -27,6 +27,9 @@ pub(super) struct NameRef {
     pub order: u32,
 }
 
+/// More names than these are not listed in advice.
+const MOST_LISTED: usize = 8;
+
 /// Definitions by name: number and order of each, in the order of the files.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Names(HashMap<String, Vec<(usize, u32)>>);
@@ -46,11 +49,16 @@ impl Names {
         before.or(definitions.first()).map(|(n, _)| *n)
     }
 
-    /// "Did you mean", if a name is near.
+    /// "Did you mean", if a name is near; else the names, if they are few.
     pub fn hint(&self, name: &str) -> Option<String> {
         let mut known: Vec<&str> = self.0.keys().map(String::as_str).collect();
         known.sort_unstable();
-        super::nearest_name(name, &known).map(|n| format!("did you mean `{n}`?"))
+        if known.is_empty() {
+            return Some("none is defined".into());
+        }
+        let near = super::nearest_name(name, &known).map(|n| format!("did you mean `{n}`?"));
+        let few = known.len() <= MOST_LISTED;
+        near.or_else(|| few.then(|| format!("known: {}", known.join(", "))))
     }
 }
 

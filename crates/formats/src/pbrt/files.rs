@@ -22,12 +22,19 @@ pub(super) fn read_text(path: &Path) -> Result<String, String> {
     if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
         return Err("the file is UTF-16, expected UTF-8".to_string());
     }
+    if bytes.contains(&0) {
+        return Err("it is no text: it has zero bytes in it".to_string());
+    }
     if bytes.len() > u32::MAX as usize {
         return Err("files of 4 GiB and more are not supported".to_string());
     }
     Ok(String::from_utf8(bytes)
         .unwrap_or_else(|e| String::from_utf8_lossy(e.as_bytes()).into_owned()))
 }
+
+/// Advice where a file is not found.
+pub(super) const WHERE_LOOKED: &str =
+    "relative names start at the folder of the main scene file or of the file that names it";
 
 /// The file that `name` means: as pbrt-v4 has it, relative to the folder of the main scene file,
 /// else to that of the file that names it, else to the working directory.

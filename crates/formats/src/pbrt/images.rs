@@ -54,9 +54,9 @@ impl Builder {
         let cause = match self.images.loaded.get(&path) {
             Some(Ok(bitmap)) => return Some(bitmap.clone()),
             Some(Err(cause)) => cause.clone(),
-            None => "it was not loaded".to_string(),
+            None => format!("{}: it was not loaded", path.display()),
         };
-        let message = format!("can't read image `{}`: {cause}", name.text);
+        let message = format!("can't read image {cause}");
         self.desc.diagnostics.error(name.span, message);
         None
     }

@@ -202,7 +202,9 @@ impl Builder {
         let x = p.int(diag, "xresolution", 1280);
         let y = p.int(diag, "yresolution", 720);
         if x < 1 || y < 1 {
-            diag.error(e.params.place("xresolution"), format!("the film has {x} x {y} pixels"));
+            let message = format!("the film has {x} x {y} pixels");
+            let hint = "`xresolution` and `yresolution` must be at least 1";
+            diag.error(e.params.place("xresolution"), message).hint(hint);
         }
         let resolution = [x.max(1) as u32, y.max(1) as u32];
         let crop = self.crop(&mut e, resolution);
@@ -275,7 +277,11 @@ impl Builder {
             return None;
         };
         if crop[0] >= crop[2] || crop[1] >= crop[3] {
-            diag.error(p.place(name), format!("`{name}` leaves no pixel"));
+            let hint: String = match name {
+                "cropwindow" => "write x0 x1 y0 y1 as fractions of the film, from 0 to 1".into(),
+                _ => format!("write x0 x1 y0 y1 in pixels within the film's {w} x {h}"),
+            };
+            diag.error(p.place(name), format!("`{name}` leaves no pixel")).hint(hint);
             return None;
         }
         (crop != [0, 0, w, h]).then_some(crop)

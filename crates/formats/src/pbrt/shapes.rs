@@ -264,7 +264,7 @@ impl Builder {
                 }
                 Err(cause) if !told[w.request] => {
                     told[w.request] = true;
-                    let message = format!("can't read mesh `{}`: {cause}", w.name.text);
+                    let message = format!("can't read mesh {cause}");
                     self.desc.diagnostics.error(w.name.span, message);
                 }
                 Err(_) => {}

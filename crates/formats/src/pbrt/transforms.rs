@@ -104,11 +104,16 @@ impl Reader {
                     *v = value;
                     lexer.pos = end;
                 }
-                _ => {
+                scanned => {
                     let before = lexer.pos;
                     let token = self.required(lexer, "a number")?;
                     let found = lexer.slice(token.span);
-                    let message = format!("expected number {} of {N}, found `{found}`", i + 1);
+                    let message = match scanned {
+                        Some((v, _)) if v.is_infinite() => {
+                            format!("number {} of {N}, `{found}`, is too large", i + 1)
+                        }
+                        _ => format!("expected number {} of {N}, found `{found}`", i + 1),
+                    };
                     self.diag.error(token.span, message);
                     lexer.pos = before;
                     return Err(GivenUp);

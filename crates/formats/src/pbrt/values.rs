@@ -249,7 +249,12 @@ impl Reader {
         expected: &str,
     ) -> Result<bool, GivenUp> {
         let before = lexer.pos;
-        let token = self.required(lexer, expected)?;
+        let Ok(token) = self.required(lexer, expected) else {
+            if let (true, Some(error)) = (list, self.diag.entries.last_mut()) {
+                error.hint("a `]` seems to be missing");
+            }
+            return Err(GivenUp);
+        };
         if list && token.kind == TokenKind::Close {
             return Ok(true);
         }

@@ -57,31 +57,36 @@ pub struct RenderArgs {
     #[arg(short = 'D', long = "define", value_name = "KEY=VALUE", value_parser = key_value)]
     pub define: Vec<(String, String)>,
     /// Samples a pixel
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", value_parser = count, allow_hyphen_values = true)]
     pub spp: Option<u64>,
     /// Stop after this time: 60, 60s, 5m, 1h
-    #[arg(long, alias = "timeout", value_name = "TIME", value_parser = duration::parse)]
+    #[arg(long, alias = "timeout", value_name = "TIME",
+        value_parser = duration::parse, allow_hyphen_values = true)]
     pub time: Option<Duration>,
     /// Stop when 95 % of the pixels have at most this estimated relative error
-    #[arg(long, value_name = "ERROR", value_parser = positive)]
+    #[arg(long, value_name = "ERROR", value_parser = positive, allow_hyphen_values = true)]
     pub noise: Option<f32>,
     /// Seed; different seeds give independent renders
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole::<u64>, allow_hyphen_values = true)]
     pub seed: Option<u64>,
     /// Threads; 0: one a core
-    #[arg(short = 't', long, alias = "nthreads", value_name = "N", default_value_t = 0)]
+    #[arg(short = 't', long, alias = "nthreads", value_name = "N", default_value_t = 0,
+        value_parser = whole::<usize>, allow_hyphen_values = true)]
     pub threads: usize,
     /// Size of the picture in pixels
-    #[arg(long, value_name = "WxH", value_parser = resolution)]
+    #[arg(long, value_name = "WxH", value_parser = resolution, allow_hyphen_values = true)]
     pub resolution: Option<[u32; 2]>,
     /// Pixels to render, end exclusive
-    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = numbers::<u32>, group = "part")]
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = pixels, group = "part",
+        allow_hyphen_values = true)]
     pub crop: Option<[u32; 4]>,
     /// As pbrt: part of the picture to render, in fractions
-    #[arg(long, value_name = "X0,X1,Y0,Y1", value_parser = numbers::<f32>, group = "part")]
+    #[arg(long, value_name = "X0,X1,Y0,Y1", value_parser = fractions, group = "part",
+        allow_hyphen_values = true)]
     pub cropwindow: Option<[f32; 4]>,
     /// As pbrt: pixels to render, end exclusive
-    #[arg(long, value_name = "X0,X1,Y0,Y1", value_parser = numbers::<u32>, group = "part")]
+    #[arg(long, value_name = "X0,X1,Y0,Y1", value_parser = pixels, group = "part",
+        allow_hyphen_values = true)]
     pub pixelbounds: Option<[u32; 4]>,
     /// Transport red, green and blue (default except for pbrt scenes)
     #[arg(long, group = "mode")]
@@ -131,7 +136,8 @@ pub struct RenderArgs {
 #[derive(ClapArgs, Clone, Copy, Debug)]
 pub struct LookArgs {
     /// Stops of exposure in .png and .jpg
-    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "EV", default_value_t = 0.0, value_parser = finite,
+        allow_hyphen_values = true)]
     pub exposure: f32,
     /// Tone curve of .png and .jpg: clamp, reinhard, aces, aces-narkowicz, agx, filmic
     #[arg(long, value_name = "CURVE", default_value = "clamp", value_parser = tonemap)]
@@ -175,7 +181,8 @@ pub struct CompareArgs {
     #[arg(long, value_name = "PIXELS", default_value_t = 16)]
     pub tile: usize,
     /// Stops of exposure before FLIP
-    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "EV", default_value_t = 0.0, value_parser = finite,
+        allow_hyphen_values = true)]
     pub exposure: f32,
     /// Write JSON
     #[arg(long)]
@@ -213,7 +220,8 @@ pub struct RaysArgs {
     /// Rays: little-endian float32, seven a ray: ox oy oz dx dy dz tmax
     pub rays: PathBuf,
     /// Threads; 0: one a core
-    #[arg(short = 't', long, value_name = "N", default_value_t = 0)]
+    #[arg(short = 't', long, value_name = "N", default_value_t = 0,
+        value_parser = whole::<usize>, allow_hyphen_values = true)]
     pub threads: usize,
     /// Ask only whether anything is hit
     #[arg(long)]
@@ -275,6 +283,21 @@ fn key_value(text: &str) -> Result<(String, String), String> {
     }
 }
 
+fn whole<T: FromStr>(text: &str) -> Result<T, String> {
+    text.parse().map_err(|_| "expected a whole number from 0".into())
+}
+
+fn count(text: &str) -> Result<u64, String> {
+    match text.parse() {
+        Ok(n) if n > 0 => Ok(n),
+        _ => Err("expected a whole number from 1".into()),
+    }
+}
+
+fn finite(text: &str) -> Result<f32, String> {
+    text.parse().ok().filter(|v: &f32| v.is_finite()).ok_or_else(|| "expected a number".into())
+}
+
 fn positive(text: &str) -> Result<f32, String> {
     match text.parse::<f32>() {
         Ok(v) if v > 0.0 && v.is_finite() => Ok(v),
@@ -290,10 +313,18 @@ fn resolution(text: &str) -> Result<[u32; 2], String> {
     }
 }
 
-fn numbers<T: FromStr + Copy>(text: &str) -> Result<[T; 4], String> {
+fn four<T: FromStr>(text: &str) -> Option<[T; 4]> {
     let values: Option<Vec<T>> = text.split(',').map(|v| v.trim().parse().ok()).collect();
-    values
-        .and_then(|v| v.try_into().ok())
+    values?.try_into().ok()
+}
+
+fn pixels(text: &str) -> Result<[u32; 4], String> {
+    four(text).ok_or_else(|| "expected four whole numbers from 0, separated by commas".into())
+}
+
+fn fractions(text: &str) -> Result<[f32; 4], String> {
+    four(text)
+        .filter(|v| v.iter().all(|v: &f32| v.is_finite()))
         .ok_or_else(|| "expected four numbers, separated by commas".into())
 }
 
@@ -355,9 +386,10 @@ mod tests {
     #[test]
     fn nonsense_is_refused() {
         let wrong = ["--spp 0", "--spp many", "--noise -1", "--crop 1,2,3", "--resolution 0x5"];
+        let odd = ["--spp -4", "--cropwindow nan,1,0,1", "--exposure nan", "--crop -1,0,2,2"];
         let more = ["--passes 4..4", "--passes 5", "--crop 0,0,1,1 --pixelbounds 0,1,0,1"];
         let most = ["-p depth", "--rgb --spectral", "--aov colour", "--environment 1,2"];
-        for args in wrong.into_iter().chain(more).chain(most) {
+        for args in wrong.into_iter().chain(odd).chain(more).chain(most) {
             assert!(render(args).is_err(), "{args}");
         }
     }

@@ -19,6 +19,12 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     let reference = read_picture(&args.reference).map_err(Failure::input)?;
     let test = colour(&image, &args.image)?;
     let truth = colour(&reference, &args.reference)?;
+    if (test.width, test.height) != (truth.width, truth.height) {
+        let size =
+            |path: &Path, v: &RgbView| format!("{} is {} x {}", path.display(), v.width, v.height);
+        let (a, b) = (size(&args.image, &test), size(&args.reference, &truth));
+        return Err(Failure::Input(format!("the sizes differ: {a}, {b}")));
+    }
     let options = CompareOptions { exposure: args.exposure, flip: true };
     let figures = compare(&truth, &test, &options).map_err(Failure::input)?;
     let tests = match &args.variance {

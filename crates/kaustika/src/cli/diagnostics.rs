@@ -10,6 +10,8 @@ use std::ops::Range;
 
 /// Lines longer than this are not shown: machines wrote them.
 const LONGEST_LINE: usize = 240;
+/// Messages longer than this lose their middle: a file without blanks is one long word.
+const LONGEST_MESSAGE: usize = 600;
 
 /// Shows everything on stderr; if `quiet`, errors alone.
 pub fn show(sources: &SourceMap, diagnostics: &Diagnostics, quiet: bool) {
@@ -72,8 +74,10 @@ fn write_one(
     };
     let mut message = d.message.clone();
     if count > 1 {
-        message += &format!(" (here and in {} more places)", count - 1);
+        let places = if count == 2 { "place" } else { "places" };
+        message += &format!(" (here and in {} more {places})", count - 1);
     }
+    let message = printable(&message);
     let range = d.span.and_then(|s| texts.range(s)).filter(|_| d.severity > Severity::Note);
     let (Some(span), Some(range)) = (d.span, range) else {
         let place = d.span.map_or(String::new(), |s| texts.sources.location(s) + ": ");
@@ -104,6 +108,28 @@ fn write_one(
     report.finish().write(texts, out)
 }
 
+/// True for what a terminal would obey or hide.
+fn is_unprintable(c: char) -> bool {
+    c.is_control() && c != '\t'
+}
+
+/// The message without control characters, which a broken file may have put into it, and without
+/// the middle of what is too long to be read.
+fn printable(message: &str) -> String {
+    let escape = |c: char| match is_unprintable(c) {
+        true => c.escape_default().collect::<String>(),
+        false => c.to_string(),
+    };
+    let count = message.chars().count();
+    if count <= LONGEST_MESSAGE {
+        return message.chars().map(escape).collect();
+    }
+    let part = LONGEST_MESSAGE / 3;
+    let start: String = message.chars().take(part).map(escape).collect();
+    let end: String = message.chars().skip(count - part).map(escape).collect();
+    format!("{start} [...] {end}")
+}
+
 /// The files as ariadne wants them, cut into lines when first needed.
 struct Texts<'a> {
     sources: &'a SourceMap,
@@ -123,6 +149,7 @@ impl Texts<'_> {
         let line_end = text[start..].find('\n').map_or(text.len(), |n| start + n);
         let end = end.clamp(start, line_end);
         let fits = line_end - line_start <= LONGEST_LINE && text.is_char_boundary(end);
+        let fits = fits && !text[line_start..line_end].trim_end().contains(is_unprintable);
         fits.then_some(start..end.max(start))
     }
 }
@@ -180,6 +207,20 @@ mod tests {
         assert_eq!(text.matches("not supported").count(), 1, "{text}");
         assert!(text.contains("in 2 more places") && text.contains("something else"), "{text}");
         assert!(!text.contains("error"), "{text}");
+    }
+
+    #[test]
+    fn control_characters_do_not_reach_the_terminal() {
+        let text = "Shape \u{1b}[2J\n".to_string();
+        let sources = SourceMap { files: vec![SourceFile { path: "a.pbrt".into(), text }] };
+        let mut d = Diagnostics::default();
+        d.error(Span { file: 0, start: 6, end: 10 }, "unknown shape `\u{1b}[2J`");
+        d.error(None, "long".repeat(1000));
+        let mut out = Vec::new();
+        write(&mut out, &sources, &d, Severity::Note, false).unwrap();
+        let shown = String::from_utf8(out).unwrap();
+        assert!(shown.contains("a.pbrt:1:7: unknown shape `\\u{1b}[2J`"), "{shown}");
+        assert!(!shown.contains('\u{1b}') && shown.len() < 800, "{shown}");
     }
 
     #[test]

@@ -95,9 +95,10 @@ impl<'a> Job<'a> {
             ));
             return Ok(());
         }
-        let found = Checkpoint::read(path).map_err(Failure::input)?;
+        let advice = "without --resume the render begins anew";
+        let found = Checkpoint::read(path).map_err(|e| Failure::Input(format!("{e}; {advice}")))?;
         if let Some(difference) = self.record.difference(&found.record) {
-            return Err(Failure::Input(format!("{shown} is of {difference}")));
+            return Err(Failure::Input(format!("{shown} is of {difference}; {advice}")));
         }
         if !found.method_state.is_empty() {
             session.prepare(workers).map_err(Failure::input)?;

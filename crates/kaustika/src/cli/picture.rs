@@ -3,7 +3,7 @@
 use super::args::LookArgs;
 use super::failure::Failure;
 use kaustika::film::{Picture, WriteOptions, write_picture};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Extensions that can be written.
 const EXTENSIONS: [&str; 8] = ["exr", "png", "jpg", "jpeg", "hdr", "rgbe", "pic", "pfm"];
@@ -16,14 +16,26 @@ pub fn check_outputs(outputs: &[PathBuf]) -> Result<(), Failure> {
     for path in outputs {
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         if !extension.is_some_and(|e| EXTENSIONS.contains(&e.as_str())) {
-            let known = "exr, png, jpg, hdr and pfm can be written";
+            let known = "only exr, png, jpg, hdr and pfm can be written";
             return Err(Failure::Usage(format!("{}: {known}", path.display())));
         }
-        let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
-        if let Some(folder) = folder.filter(|p| !p.is_dir()) {
-            let (path, folder) = (path.display(), folder.display());
-            return Err(Failure::Input(format!("{path}: there is no folder {folder}")));
-        }
+        check_place(path)?;
+    }
+    Ok(())
+}
+
+/// Refuses a file that could not be written: a folder itself, or in none.
+///
+/// # Errors
+/// If so.
+pub fn check_place(path: &Path) -> Result<(), Failure> {
+    if path.is_dir() {
+        return Err(Failure::Input(format!("{}: is a folder", path.display())));
+    }
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
+    if let Some(folder) = folder.filter(|p| !p.is_dir()) {
+        let (path, folder) = (path.display(), folder.display());
+        return Err(Failure::Input(format!("{path}: there is no folder {folder}")));
     }
     Ok(())
 }

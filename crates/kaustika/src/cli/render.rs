@@ -19,6 +19,7 @@ use std::time::Instant;
 pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let cancel = interrupt::install()?;
     picture::check_outputs(&args.output)?;
+    args.stats.as_deref().map_or(Ok(()), picture::check_place)?;
     let viewer = args.display.as_deref().map(|address| {
         let name = args.output.first().or(args.scene.as_ref());
         Viewer::connect(address, name.map_or("kaustika".into(), |n| n.display().to_string()))

@@ -140,7 +140,7 @@ fn faults_are_named_with_their_line() {
     let cases = [
         ("f 1 2 5", "m:5: vertex index 5 is out of range (there are 4)"),
         ("f 1 2 -5", "m:5: vertex index -5 is out of range (there are 4)"),
-        ("f 1 2 0", "m:5: vertex index 0 is out of range (there are 4)"),
+        ("f 1 2 0", "m:5: vertex index 0 is out of range (they count from 1)"),
         ("f 1/1 2 3", "m:5: texture coordinate index 1 is out of range (there are 0)"),
         ("f 1//1 2 3", "m:5: normal index 1 is out of range (there are 0)"),
         ("f 1 2 x", "m:5: expected a vertex index, found `x`"),

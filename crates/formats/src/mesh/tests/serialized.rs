@@ -76,7 +76,7 @@ fn shape_index_picks_a_mesh() {
             }
         }
         let text = message(read_with(&file, &at(3)));
-        assert_eq!(text, "m: shape index 3 is out of range (the file holds 3)");
+        assert_eq!(text, "m: shape index 3 is out of range (the file holds 3, counted from 0)");
         // Of several, a dictionary that points past the end.
         let mut bad = file.clone();
         let last_offset = file.len() - 5;

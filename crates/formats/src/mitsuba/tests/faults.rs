@@ -30,9 +30,10 @@ fn files_that_are_no_scenes() {
         &[
             (
                 "<scene version=\"3.0.0\">\n  <shape>\n</scene>",
-                "error 3:1 malformed XML: expected 'shape' tag, not 'scene'",
+                "error 3:1 malformed XML: expected 'shape' tag, not 'scene' | `<shape>` is still open here: \
+             add `</shape>`",
             ),
-            ("", "error 1:1 malformed XML: the document does not have a root node"),
+            ("", "error 1:1 malformed XML: the file is empty"),
             (
                 "<scene>\n</scene>",
                 "error 1:1 missing attribute `version` in `<scene>` | the version decides how the \
@@ -116,7 +117,8 @@ fn transforms() {
             ("<matrix value=\"1 2 3\"/>", "error 3:16 expected 16 or 9 numbers, found 3"),
             (
                 "<lookat origin=\"0,0,0\" target=\"0,1,0\" up=\"0,1,0\"/>",
-                "error 3:1 `origin`, `target` and `up` do not span a frame",
+                "error 3:1 `origin`, `target` and `up` do not span a frame: `target` must differ from \
+             `origin`, and `up` from the direction between them",
             ),
             (
                 "<scale value=\"2\" x=\"1\"/>",
@@ -234,7 +236,8 @@ fn values_of_the_wrong_kind() {
             ("<shape type=\"instance\"/>", "error 2:1 an instance needs a `shapegroup`"),
             (
                 "<shape type=\"obj\"><string name=\"filename\" value=\"no.obj\"/></shape>",
-                "error 2:50 can't find the file `no.obj`",
+                "error 2:50 can't find the file `no.obj` | relative names start at the folder of the \
+             scene file or at that of a `<path>` element",
             ),
             ("<shape type=\"ply\"/>", "error 2:1 shape `ply` needs `filename`"),
         ],
@@ -270,7 +273,7 @@ fn parameters() {
     assert_eq!(
         files.messages(&d),
         [
-            "error 3:58 undefined parameter `$dept` | pass `-D dept=...` or add a `<default>` above",
+            "error 3:58 undefined parameter `$dept` | did you mean `$depth`?",
             "warning - the parameter `depht` is defined but never used | known: depth",
         ]
     );

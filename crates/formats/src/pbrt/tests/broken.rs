@@ -288,7 +288,7 @@ fn names() {
     );
     check_world(
         "MediumInterface \"fog\" \"\" Shape \"sphere\" Shape \"sphere\"",
-        "error 2:17 <\"fog\"> no medium is called `fog`\n",
+        "error 2:17 <\"fog\"> no medium is called `fog`; none is defined\n",
     );
     check_world(
         "MakeNamedMaterial \"a\" \"string type\" \"diffuse\"\n\
@@ -363,11 +363,13 @@ fn options() {
     );
     check(
         "Film \"rgb\" \"float cropwindow\" [ .5 .5 0 1 ] WorldBegin",
-        "error 1:12 <\"float cropwindow\"> `cropwindow` leaves no pixel\n",
+        "error 1:12 <\"float cropwindow\"> `cropwindow` leaves no pixel; write x0 x1 \
+         y0 y1 as fractions of the film, from 0 to 1\n",
     );
     check(
         "Film \"rgb\" \"integer xresolution\" 0 WorldBegin",
-        "error 1:12 <\"integer xresolution\"> the film has 0 x 720 pixels\n",
+        "error 1:12 <\"integer xresolution\"> the film has 0 x 720 pixels; \
+         `xresolution` and `yresolution` must be at least 1\n",
     );
 }
 

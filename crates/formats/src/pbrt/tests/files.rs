@@ -110,11 +110,13 @@ Material \"conductor\" \"spectrum eta\" \"metal-Cu-etta\" \"spectrum k\" \"my.sp
         told(&s, &dir),
         "error 2:9 <\"geometry/partt.pbrt\"> no file `geometry/partt.pbrt`; did you mean \
          `geometry/part.pbrt`?\n\
-         error 4:53 <\"wood.png\"> no image file `wood.png`\n\
+         error 4:53 <\"wood.png\"> no image file `wood.png`; relative names start at the folder of \
+         the main scene file or of the file that names it\n\
          error 6:37 <\"metal-Cu-etta\"> no spectrum and no file is called `metal-Cu-etta`; did you \
          mean `metal-Cu-eta`?\n\
          error 6:66 <\"my.spd\"> no spectrum and no file is called `my.spd`\n\
-         error 5:42 <\"sky.exr\"> no image file `sky.exr`\n\
+         error 5:42 <\"sky.exr\"> no image file `sky.exr`; relative names start at the folder of \
+         the main scene file or of the file that names it\n\
          error 3:35 <\"geometry/ball.plx\"> no mesh file `geometry/ball.plx`; did you mean \
          `geometry/ball.ply`?\n"
     );
@@ -194,10 +196,7 @@ fn meshes_are_loaded_once_and_face_their_normals() {
     assert!(std::sync::Arc::ptr_eq(&first, &mesh(&s.groups[0].shapes[1].geometry)));
     assert_eq!(s.shapes.len(), 1);
     let text = told(&s, &dir);
-    assert!(
-        text.starts_with("error 3:49 <\"broken.ply\"> can't read mesh `broken.ply`: "),
-        "{text}"
-    );
+    assert!(text.starts_with("error 3:49 <\"broken.ply\"> can't read mesh "), "{text}");
     assert_eq!(text.lines().count(), 1);
 }
 
