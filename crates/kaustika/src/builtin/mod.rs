@@ -28,7 +28,7 @@ use stage::Stage;
 /// Width and height of the picture by default.
 const RESOLUTION: [u32; 2] = [600, 400];
 /// Samples a pixel by default.
-const SPP: u64 = 64;
+const SPP: u64 = 48;
 /// Longest path: glass behind glass needs some.
 const MAX_DEPTH: u32 = 10;
 /// Scattering events before Russian roulette.

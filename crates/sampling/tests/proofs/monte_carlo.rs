@@ -1,12 +1,10 @@
 //! The basics of Monte Carlo quadrature, as the lecture tabulates them.
 
-mod support;
-
+use crate::support::*;
 use kaustika_sampling::SamplerKind;
 use kaustika_sampling::estimator::{RunningMean, normal_quantile};
 use kaustika_sampling::strata::Strata;
 use kaustika_sampling::walk::{Fredholm, roulette, roulette_variance};
-use support::*;
 
 #[test]
 fn running_means_merge() {

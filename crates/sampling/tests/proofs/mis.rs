@@ -1,9 +1,7 @@
 //! Multiple importance sampling: weights, unbiasedness, Veach's bound, names.
 
-mod support;
-
+use crate::support::*;
 use kaustika_sampling::{Heuristic, MisHeuristic};
-use support::*;
 
 const HEURISTICS: [Heuristic; 6] = [
     Heuristic::Balance,

@@ -1,10 +1,8 @@
 //! What the point sets promise beyond uniformity: elementary intervals, discrepancy, rates.
 
-mod support;
-
+use crate::support::*;
 use kaustika_math::Vec2;
 use kaustika_sampling::SamplerKind;
-use support::*;
 
 /// The points of `n` samples of a pixel from `first` on: the `draw`-th 2D draw.
 fn points(kind: SamplerKind, seed: u64, spp: u64, first: u64, n: u64, draw: usize) -> Vec<Vec2> {

@@ -1,13 +1,11 @@
 //! Prints the table of the samplers' cost and error; figures, not assertions:
-//! `cargo test --release -p kaustika-sampling --test measure -- --ignored --nocapture`.
+//! `cargo test --release -p kaustika-sampling --test proofs -- --ignored measure --nocapture`.
 
-mod support;
-
+use crate::support::plan;
 use kaustika_math::Vec2;
 use kaustika_sampling::{Sampler, SamplerKind};
 use std::hint::black_box;
 use std::time::Instant;
-use support::plan;
 
 /// Nanoseconds of one path of `draws` draws, the best of several runs.
 fn path_time(kind: SamplerKind, draws: usize, body: fn(&mut Sampler) -> f32) -> f64 {

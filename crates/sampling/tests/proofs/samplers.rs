@@ -1,11 +1,9 @@
 //! What every sampler promises: range, determinism, uniformity, independence of dimensions,
 //! unbiasedness, no end.
 
-mod support;
-
+use crate::support::*;
 use kaustika_math::{ONE_MINUS_EPSILON, Vec2};
 use kaustika_sampling::{PrimarySample, Sampler, SamplerKind};
-use support::*;
 
 /// Pixels, indices and dimensions at which a long render may arrive.
 const INDICES: [u64; 7] = [0, 1, 1000, (1 << 32) - 8, (1 << 32) + 5, 1 << 40, u64::MAX - (1 << 20)];

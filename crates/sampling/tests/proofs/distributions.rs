@@ -1,11 +1,9 @@
 //! Every distribution: chi-square of samples against the integrated density, the density
 //! returned against the density asked for, inverses, edge cases.
 
-mod support;
-
+use crate::support::*;
 use kaustika_math::Vec2;
 use kaustika_sampling::distribution::*;
-use support::*;
 
 /// Tables with zeros at both ends and inside, spikes and one entry.
 fn tables() -> Vec<Vec<f32>> {

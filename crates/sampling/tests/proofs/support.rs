@@ -1,8 +1,6 @@
 //! Statistics that the tests share. Levels are family-wise 1 % (Šidák) and seeds fixed, so a
 //! correct implementation passes always; one that is changed in kind fails.
 
-#![allow(dead_code, reason = "each test binary uses its own part")]
-
 use kaustika_math::special::{gamma_q, p_two_sided};
 use kaustika_sampling::{SamplerConfig, SamplerKind, SamplerPlan};
 
