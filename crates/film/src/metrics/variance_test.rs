@@ -140,6 +140,7 @@ pub fn variance_test(
             Value {
                 difference: std::array::from_fn(|c| x[c] - r[c]),
                 variance: in_space(variance.pixel(i)),
+                rounding: r.map(|r| r.abs() * f64::from(f32::EPSILON)),
             }
         })
         .collect();
@@ -152,10 +153,12 @@ pub fn variance_test(
     })
 }
 
-/// One pixel: test - reference and the variance of one sample.
+/// One pixel: test - reference, the variance of one sample, and what rounding to 32-bit floats
+/// may have done to the reference.
 struct Value {
     difference: [f64; 3],
     variance: [f64; 3],
+    rounding: [f64; 3],
 }
 
 impl Value {
@@ -216,15 +219,20 @@ fn mean_test(values: &[Value], factor: f64) -> MeanTest {
     MeanTest { accept: z.into_iter().all(|z| p_value(z) > sidak(3)), z }
 }
 
-/// z of the sum of some pixels' differences, which is that of their mean.
+/// z of the sum of some pixels' differences, which is that of their mean. Where the stated noise
+/// is below the rounding of stored images (a sky of one colour has no variance), rounding, which
+/// pixels share, stands for it: without that the last bit would be infinitely significant.
 fn z_of_sum<'a>(values: impl Iterator<Item = &'a Value>, factor: f64) -> [f64; 3] {
-    let (mut difference, mut noise) = ([0.0f64; 3], [0.0f64; 3]);
+    let (mut difference, mut noise, mut rounding) = ([0.0f64; 3], [0.0f64; 3], [0.0f64; 3]);
     for value in values {
         let of_value = value.noise(factor);
-        difference = std::array::from_fn(|c| difference[c] + value.difference[c]);
-        noise = std::array::from_fn(|c| noise[c] + of_value[c]);
+        for c in 0..3 {
+            difference[c] += value.difference[c];
+            noise[c] += of_value[c];
+            rounding[c] += value.rounding[c];
+        }
     }
-    std::array::from_fn(|c| difference[c] / noise[c].sqrt())
+    std::array::from_fn(|c| difference[c] / noise[c].sqrt().max(rounding[c]))
 }
 
 fn chi2_per_dof(values: &[Value], factor: f64) -> f64 {
@@ -330,6 +338,22 @@ mod tests {
                 assert_close(&format!("number {i}"), got, expected, 1e-8);
             }
         }
+    }
+
+    /// A sky without variance passes when only its last bit differs, and fails for more.
+    #[test]
+    fn the_last_bit_of_a_float_is_no_bias() {
+        let flat = |v: f32| Picture::from_rgb(16, 16, &[[v; 3]; 256]);
+        let (sky, none) = (flat(1.001_084_1), flat(0.0));
+        let accepts = |v: f32| {
+            let picture = flat(v);
+            let [r, n, t] = [&sky, &none, &picture].map(|p| p.rgb().unwrap());
+            let options = VarianceTestOptions::new(868.0);
+            let report = variance_test(&r, &n, &t, &options).unwrap();
+            [report.tiles.accept, report.mean.accept]
+        };
+        assert_eq!(accepts(1.001_084_1f32.next_up()), [true; 2]);
+        assert_eq!(accepts(1.001_1), [false; 2]);
     }
 
     /// Noise of the stated variance passes; the same with 5 % of bias is found by the tile and
