@@ -217,19 +217,21 @@ pub struct InfoArgs {
 pub struct RaysArgs {
     /// Triangle mesh
     pub mesh: PathBuf,
-    /// Rays: little-endian float32, seven a ray: ox oy oz dx dy dz tmax
-    pub rays: PathBuf,
+    /// Rays: little-endian float32, seven a ray: ox oy oz dx dy dz tmax; `any:` or `closest:`
+    /// before a file's name decides for it what is asked
+    #[arg(required = true)]
+    pub rays: Vec<PathBuf>,
     /// Threads; 0: one a core
     #[arg(short = 't', long, value_name = "N", default_value_t = 0,
         value_parser = whole::<usize>, allow_hyphen_values = true)]
     pub threads: usize,
-    /// Ask only whether anything is hit
+    /// Ask only whether anything is hit, for files whose name does not say
     #[arg(long)]
     pub occlusion: bool,
-    /// Runs over all rays
-    #[arg(long, value_name = "N", default_value_t = 5)]
-    pub repeat: usize,
-    /// Write JSON
+    /// Timed runs over all rays, after one that is not
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = count, allow_hyphen_values = true)]
+    pub repeat: u64,
+    /// Write JSON: one line for each file of rays
     #[arg(long)]
     pub json: bool,
 }

@@ -8,7 +8,7 @@ use kaustika::formats::mesh::{MeshOptions, read_mesh};
 use kaustika::math::{Ray, Vec3};
 use kaustika::transport::Workers;
 use rayon::prelude::*;
-use serde_json::json;
+use serde_json::{Value, json};
 use std::path::Path;
 use std::time::Instant;
 
@@ -17,81 +17,191 @@ const CHUNK: usize = 4096;
 /// Floats a ray: origin, direction, tmax.
 const FLOATS: usize = 7;
 
-/// Builds the tree over a mesh and traces given rays, several times.
+/// Builds the tree over a mesh and traces files of rays, each several times.
 ///
 /// # Errors
 /// If a file can't be read.
 pub fn run(args: &RaysArgs) -> Result<(), Failure> {
-    let mesh = read_mesh(&args.mesh, &MeshOptions::default()).map_err(Failure::input)?;
-    let rays = read_rays(&args.rays)?;
     let workers = Workers::new(args.threads, Default::default()).map_err(Failure::input)?;
-    let start = Instant::now();
-    let bvh = workers
-        .install(|| TriangleBvh::build(&mesh.positions, &mesh.indices, &BuildOptions::default()));
-    let build_seconds = start.elapsed().as_secs_f64();
-
-    // One run to warm up, as Embree's driver does.
-    let mut count = workers.install(|| trace(&bvh, &rays, args.occlusion));
-    let mut seconds = Vec::new();
-    for _ in 0..args.repeat.max(1) {
-        let start = Instant::now();
-        count = workers.install(|| trace(&bvh, &rays, args.occlusion));
-        seconds.push(start.elapsed().as_secs_f64());
+    let tree = Tree::build(&args.mesh, &workers)?;
+    for name in &args.rays {
+        let (query, path) = query_of(name, args.occlusion);
+        let rays = read_rays(path)?;
+        let traced = measure(&tree.bvh, query, &rays, args.repeat, &workers);
+        let text = match args.json {
+            true => format!("{}\n", json(&tree, path, query, &traced, workers.threads())),
+            false => text(&tree, path, query, &traced),
+        };
+        stdout::write(&text)?;
     }
-    seconds.sort_by(f64::total_cmp);
-    let mrays = |s: f64| rays.len() as f64 / s.max(1e-12) / 1e6;
-    let triangles = bvh.triangle_count();
-    let bytes = bvh.memory_bytes() as f64 / triangles.max(1) as f64;
-    let report = json!({
-        "rays_file": args.rays.display().to_string(),
-        "kind": if args.occlusion { "any" } else { "closest" },
-        "rays": rays.len(),
-        "threads": workers.threads(),
-        "best_mrays": mrays(seconds[0]),
-        "median_mrays": mrays(seconds[seconds.len() / 2]),
-        "hits": count.hits,
-        "t_sum": count.t_sum,
-        "triangles": triangles,
-        "build_seconds": build_seconds,
-        "bytes_per_triangle": bytes,
-    });
-    if args.json {
-        return stdout::write(&format!("{report}\n"));
-    }
-    let (best, median) = (mrays(seconds[0]), mrays(seconds[seconds.len() / 2]));
-    let (hits, all, sum) = (count.hits, rays.len(), count.t_sum);
-    stdout::write(&format!(
-        "{best:.3} Mrays/s at best, {median:.3} in the median\n\
-         {hits} of {all} rays hit, sum of distances {sum:.3}\n\
-         tree of {triangles} triangles in {build_seconds:.3} s, {bytes:.1} bytes each\n"
-    ))
+    Ok(())
 }
 
+/// What is asked of the tree.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Query {
+    /// Which hit is the nearest.
+    Closest,
+    /// Whether there is a hit.
+    Any,
+}
+
+impl Query {
+    fn name(self) -> &'static str {
+        match self {
+            Query::Closest => "closest",
+            Query::Any => "any",
+        }
+    }
+}
+
+/// The query that a file's name asks for by its prefix, and the rest of the name.
+fn query_of(name: &Path, occlusion: bool) -> (Query, &Path) {
+    let default = if occlusion { Query::Any } else { Query::Closest };
+    let Some(text) = name.to_str() else { return (default, name) };
+    [Query::Closest, Query::Any]
+        .into_iter()
+        .find_map(|q| Some((q, Path::new(text.strip_prefix(q.name())?.strip_prefix(':')?))))
+        .unwrap_or((default, name))
+}
+
+/// A tree, and what it took to get it.
+struct Tree {
+    bvh: TriangleBvh,
+    load_seconds: f64,
+    build_seconds: f64,
+}
+
+impl Tree {
+    fn build(mesh: &Path, workers: &Workers) -> Result<Tree, Failure> {
+        let start = Instant::now();
+        let mesh =
+            workers.install(|| read_mesh(mesh, &MeshOptions::default())).map_err(Failure::input)?;
+        let load_seconds = start.elapsed().as_secs_f64();
+        let start = Instant::now();
+        let bvh = workers.install(|| {
+            TriangleBvh::build(&mesh.positions, &mesh.indices, &BuildOptions::default())
+        });
+        Ok(Tree { bvh, load_seconds, build_seconds: start.elapsed().as_secs_f64() })
+    }
+
+    fn bytes_per_triangle(&self) -> f64 {
+        self.bvh.memory_bytes() as f64 / self.bvh.triangle_count().max(1) as f64
+    }
+}
+
+/// What tracing a file of rays gave.
+struct Traced {
+    rays: usize,
+    count: Count,
+    /// Seconds of each timed run, rising.
+    seconds: Vec<f64>,
+}
+
+impl Traced {
+    fn best_mrays(&self) -> f64 {
+        self.mrays(self.seconds[0])
+    }
+
+    fn median_mrays(&self) -> f64 {
+        self.mrays(self.seconds[self.seconds.len() / 2])
+    }
+
+    fn mrays(&self, seconds: f64) -> f64 {
+        self.rays as f64 / seconds.max(1e-12) / 1e6
+    }
+}
+
+/// Traces all rays `repeat` > 0 times, after once that is not timed.
+fn measure(
+    bvh: &TriangleBvh,
+    query: Query,
+    rays: &[(Ray, f32)],
+    repeat: u64,
+    workers: &Workers,
+) -> Traced {
+    let timed = || {
+        let start = Instant::now();
+        let count = workers.install(|| trace(bvh, query, rays));
+        (count, start.elapsed().as_secs_f64())
+    };
+    let (count, _) = timed();
+    let mut seconds: Vec<f64> = (0..repeat).map(|_| timed().1).collect();
+    seconds.sort_by(f64::total_cmp);
+    Traced { rays: rays.len(), count, seconds }
+}
+
+/// What the rays met.
 #[derive(Clone, Copy, Default)]
 struct Count {
     hits: u64,
-    /// Sum of hit distances; 0 for occlusion.
+    /// Sum of hit distances; 0 for [`Query::Any`].
     t_sum: f64,
 }
 
 /// Traces all rays; the sums do not depend on the number of threads.
-fn trace(bvh: &TriangleBvh, rays: &[(Ray, f32)], occlusion: bool) -> Count {
-    let of_chunk = |chunk: &[(Ray, f32)]| {
-        let mut count = Count::default();
-        for (ray, t_max) in chunk {
-            if occlusion {
+fn trace(bvh: &TriangleBvh, query: Query, rays: &[(Ray, f32)]) -> Count {
+    let counts: Vec<Count> =
+        rays.par_chunks(CHUNK).map(|chunk| trace_chunk(bvh, query, chunk)).collect();
+    counts
+        .iter()
+        .fold(Count::default(), |a, b| Count { hits: a.hits + b.hits, t_sum: a.t_sum + b.t_sum })
+}
+
+fn trace_chunk(bvh: &TriangleBvh, query: Query, rays: &[(Ray, f32)]) -> Count {
+    let mut count = Count::default();
+    match query {
+        Query::Any => {
+            for (ray, t_max) in rays {
                 count.hits += bvh.occluded(ray, *t_max) as u64;
-            } else if let Some(hit) = bvh.intersect(ray, *t_max) {
+            }
+        }
+        Query::Closest => {
+            for hit in rays.iter().filter_map(|(ray, t_max)| bvh.intersect(ray, *t_max)) {
                 count.hits += 1;
                 count.t_sum += hit.t as f64;
             }
         }
-        count
+    }
+    count
+}
+
+fn json(tree: &Tree, file: &Path, query: Query, traced: &Traced, threads: usize) -> Value {
+    json!({
+        "rays_file": file.display().to_string(),
+        "kind": query.name(),
+        "rays": traced.rays,
+        "threads": threads,
+        "best_mrays": traced.best_mrays(),
+        "median_mrays": traced.median_mrays(),
+        "hits": traced.count.hits,
+        "t_sum": traced.count.t_sum,
+        "triangles": tree.bvh.triangle_count(),
+        "load_seconds": tree.load_seconds,
+        "build_seconds": tree.build_seconds,
+        "bytes_per_triangle": tree.bytes_per_triangle(),
+    })
+}
+
+fn text(tree: &Tree, file: &Path, query: Query, traced: &Traced) -> String {
+    let sum = match query {
+        Query::Closest => format!(", sum of distances {:.3}", traced.count.t_sum),
+        Query::Any => String::new(),
     };
-    let counts: Vec<Count> = rays.par_chunks(CHUNK).map(of_chunk).collect();
-    counts
-        .iter()
-        .fold(Count::default(), |a, b| Count { hits: a.hits + b.hits, t_sum: a.t_sum + b.t_sum })
+    format!(
+        "{}, {} hit\n  {:.3} Mrays/s at best, {:.3} in the median\n  {} of {} rays hit{sum}\n  \
+         tree of {} triangles in {:.3} s (mesh read in {:.3} s), {:.1} bytes each\n",
+        file.display(),
+        query.name(),
+        traced.best_mrays(),
+        traced.median_mrays(),
+        traced.count.hits,
+        traced.rays,
+        tree.bvh.triangle_count(),
+        tree.build_seconds,
+        tree.load_seconds,
+        tree.bytes_per_triangle(),
+    )
 }
 
 fn read_rays(path: &Path) -> Result<Vec<(Ray, f32)>, Failure> {

@@ -230,10 +230,23 @@ fn rays_are_counted() {
     std::fs::write(p.path("rays.f32"), bytes).unwrap();
     let r = json(&p.ok("rays square.ply rays.f32 --json -t 2"));
     assert_eq!((&r["rays"], &r["hits"], &r["t_sum"]), (&4.into(), &2.into(), &5.0.into()));
-    for key in ["best_mrays", "median_mrays", "build_seconds", "bytes_per_triangle"] {
+    assert_eq!(
+        (&r["kind"], &r["threads"], &r["triangles"]),
+        (&"closest".into(), &2.into(), &2.into())
+    );
+    for key in ["best_mrays", "median_mrays", "build_seconds", "load_seconds", "bytes_per_triangle"]
+    {
         assert!(r[key].as_f64().unwrap() > 0.0, "{key}");
     }
-    assert_eq!(json(&p.ok("rays square.ply rays.f32 --json --occlusion"))["hits"], 2);
+    assert!(r["best_mrays"].as_f64() >= r["median_mrays"].as_f64());
+    let r = json(&p.ok("rays square.ply rays.f32 --json --occlusion"));
+    assert_eq!((&r["hits"], &r["t_sum"], &r["kind"]), (&2.into(), &0.0.into(), &"any".into()));
+    // Several files, each with its own query, over one tree.
+    let out = p
+        .ok("rays square.ply any:rays.f32 closest:rays.f32 rays.f32 --json --occlusion --repeat 1");
+    let kinds: Vec<_> = out.lines().map(|line| json(line)["kind"].clone()).collect();
+    assert_eq!(kinds, ["any", "closest", "any"]);
+    assert!(p.ok("rays square.ply rays.f32").contains("2 of 4 rays hit, sum of distances 5.000"));
     p.write("odd.f32", "12345");
     assert!(p.fails(1, "rays square.ply odd.f32").contains("7 floats"));
 }
