@@ -23,7 +23,7 @@ error estimates; without loading, building, and the writing of files. Of Mitsuba
 render and its film's development, without loading, and with all kernels compiled (mitsuba_worker.py). Of LuxCore its
 engine's own clock.
 
---lock: files to hold (flock) while something is timed; between two timings they are free for others.
+--lock: files to hold (flock) during a round, and while something compiles; between rounds they are free for others.
 Runs in a Python that has mitsuba and numpy. Build first: cargo build --release.
 """
 import argparse
@@ -84,10 +84,9 @@ class Kaustika:
 
     def render(self, seed):
         image, stats = (os.path.join(self.folder, f) for f in ("image.pfm", "stats.json"))
-        with alone(self.a):
-            subprocess.run([self.a.kaustika, "render", self.scene, "-q", "--rgb", "--spp", str(self.spp), "--seed", str(seed),
-                            "--threads", str(self.a.threads), "--sampler", self.sampler, "-o", image, "--stats", stats,
-                            *self.changes], check=True, stderr=subprocess.DEVNULL)
+        subprocess.run([self.a.kaustika, "render", self.scene, "-q", "--rgb", "--spp", str(self.spp), "--seed", str(seed),
+                        "--threads", str(self.a.threads), "--sampler", self.sampler, "-o", image, "--stats", stats,
+                        *self.changes], check=True, stderr=subprocess.DEVNULL)
         with open(stats) as f:
             return json.load(f)["seconds"]["render"], pfm(image)
 
@@ -96,7 +95,7 @@ class Peer:
     """A renderer that is loaded and waits for seeds (mitsuba_worker.py says how it speaks)."""
 
     def __init__(self, a, name, folder, command):
-        self.a, self.name, self.folder = a, name, folder
+        self.name, self.folder = name, folder
         with alone(a):
             self.process = subprocess.Popen(list(map(str, command)), stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                             stderr=subprocess.DEVNULL, text=True)
@@ -110,10 +109,9 @@ class Peer:
 
     def render(self, seed):
         image = os.path.join(self.folder, "image.npy")
-        with alone(self.a):
-            self.process.stdin.write("%d %s\n" % (seed, image))
-            self.process.stdin.flush()
-            answer = self.answer()
+        self.process.stdin.write("%d %s\n" % (seed, image))
+        self.process.stdin.flush()
+        answer = self.answer()
         self.spp = answer.get("spp", self.spp)
         return answer["seconds"], np.load(image).astype(np.float64)
 
@@ -196,10 +194,11 @@ def errors(images, reference):
 def measure(a, programs):
     runs = {p.name: dict(seconds=[], images=[]) for p in programs}
     for r in range(a.rounds):
-        for p in programs if r % 2 == 0 else programs[::-1]:
-            seconds, image = p.render(r + 1)
-            runs[p.name]["seconds"].append(seconds)
-            runs[p.name]["images"].append(np.where(np.isfinite(image), image, 0.0))
+        with alone(a):
+            for p in programs if r % 2 == 0 else programs[::-1]:
+                seconds, image = p.render(r + 1)
+                runs[p.name]["seconds"].append(seconds)
+                runs[p.name]["images"].append(np.where(np.isfinite(image), image, 0.0))
     return runs
 
 

@@ -3,7 +3,7 @@
 
     scripts/rays.py DIR... --embree PROGRAM [--kaustika PROGRAM] [--meshes 70k 1M 10M] [--threads 1 2]
         [--widths 1 8 16] [--flags none robust] [--rounds 3] [--repeat 3] [--json OUT]
-        [--under-1 COMMAND] [--under-2 COMMAND]
+        [--lock FILE]... [--under-1 COMMAND] [--under-2 COMMAND]
 
 The folders hold NAME.ply and NAME_{primary,diffuse,shadow}.f32: a mesh, and float32 rays, seven numbers each (origin,
 direction, tmax). Meshes that are in none are left out. The program for Embree is called as
@@ -16,10 +16,13 @@ closest hit, shadow rays for any.
 
 In each round every program runs once, ours first in every other round; a run traces the rays once untimed, then REPEAT
 times. What is shown is the median over the rounds of the runs' medians; Embree's is that of the width which is best for
-these rays. --under-T names a command to start the runs with T threads by, for a lock, a core or a priority.
+these rays. --lock names files to hold (flock) during a round; between two rounds they are free for others. --under-T names
+a command to start the runs with T threads by, for a core or a priority (`taskset -c 0`).
 Needs nothing but Python. Build first: cargo build --release.
 """
 import argparse
+import contextlib
+import fcntl
 import json
 import os
 import shlex
@@ -44,9 +47,18 @@ def arguments():
     ap.add_argument("--rounds", type=int, default=3)
     ap.add_argument("--repeat", type=int, default=3)
     ap.add_argument("--json")
+    ap.add_argument("--lock", action="append", default=[])
     ap.add_argument("--under-1", default="")
     ap.add_argument("--under-2", default="")
     return ap.parse_args()
+
+
+@contextlib.contextmanager
+def alone(a):
+    with contextlib.ExitStack() as stack:
+        for path in a.lock:
+            fcntl.flock(stack.enter_context(open(path, "w")), fcntl.LOCK_EX)
+        yield
 
 
 def lines(command, under):
@@ -87,8 +99,9 @@ def measure(a, mesh, threads):
             programs[flags, width] = lambda w=width, f=flags: embree(a, mesh, threads, under, w, f)
     runs = {key: [] for key in programs}
     for r in range(a.rounds):
-        for key in list(programs)[:: 1 if r % 2 == 0 else -1]:
-            runs[key].append(programs[key]())
+        with alone(a):
+            for key in list(programs)[:: 1 if r % 2 == 0 else -1]:
+                runs[key].append(programs[key]())
     return runs
 
 
