@@ -23,7 +23,7 @@ error estimates; without loading, building, and the writing of files. Of Mitsuba
 render and its film's development, without loading, and with all kernels compiled (mitsuba_worker.py). Of LuxCore its
 engine's own clock.
 
---lock: files to hold (flock) during a round, and while something compiles; between rounds they are free for others.
+--lock: files to hold (flock) during a round; between two rounds they are free for others.
 Runs in a Python that has mitsuba and numpy. Build first: cargo build --release.
 """
 import argparse
@@ -94,12 +94,11 @@ class Kaustika:
 class Peer:
     """A renderer that is loaded and waits for seeds (mitsuba_worker.py says how it speaks)."""
 
-    def __init__(self, a, name, folder, command):
+    def __init__(self, name, folder, command):
         self.name, self.folder = name, folder
-        with alone(a):
-            self.process = subprocess.Popen(list(map(str, command)), stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                                            stderr=subprocess.DEVNULL, text=True)
-            self.spp = self.answer()["spp"]
+        self.process = subprocess.Popen(list(map(str, command)), stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                                        stderr=subprocess.DEVNULL, text=True)
+        self.spp = self.answer()["spp"]
 
     def answer(self):
         for line in self.process.stdout:
@@ -134,7 +133,7 @@ class MitsubaScene:
 
     def peers(self):
         worker = os.path.join(HERE, "mitsuba_worker.py")
-        return [Peer(self.a, "Mitsuba %s, %s" % (self.a.variant, s), self.folder,
+        return [Peer("Mitsuba %s, %s" % (self.a.variant, s), self.folder,
                      [sys.executable, worker, self.of_sampler(s), self.a.variant, self.a.threads, self.a.spp]) for s in self.a.peers]
 
 
@@ -152,7 +151,7 @@ class PbrtScene:
     def peers(self):
         command = [self.a.luxcore, os.path.join(HERE, "luxcore_worker.py"), self.a.scene, self.text_size, self.depth, self.rr_depth,
                    self.a.threads, self.a.spp]
-        return [Peer(self.a, "LuxCore, sobol", self.folder, command)] if self.a.luxcore else []
+        return [Peer("LuxCore, sobol", self.folder, command)] if self.a.luxcore else []
 
 
 def pfm(path):

@@ -18,10 +18,11 @@ import numpy as np
 scene_path, variant, threads, spp = sys.argv[1], sys.argv[2], int(sys.argv[3]), int(sys.argv[4])
 mi.set_variant(variant)
 mi.set_log_level(mi.LogLevel.Error)
-dr.set_thread_count(threads)
+dr.set_thread_count(max(2, threads))  # Mitsuba 3.9.1 waits for ever when it reads an EXR with one thread
 start = time.perf_counter()
 scene = mi.load_file(scene_path)
 load = time.perf_counter() - start
+dr.set_thread_count(threads)
 
 
 def render(seed):
