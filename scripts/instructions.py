@@ -8,7 +8,9 @@
 The program is built for x86-64-v3 (callgrind knows no AVX-512) in a target directory of its own (INSTRUCTIONS_TARGET, else
 target/instructions). Each scene is rendered by one thread with few and with more passes; the difference, divided by the samples in
 it, is free of starting, loading and building. Instructions belong to the source file that they were compiled from, also
-where they were inlined into another's function; files are put together by folder. Needs valgrind.
+where they were inlined into another's function, and files are put together by folder; without a source file to a library.
+What threads do while they wait for work differs from run to run, and is left out; the rest repeats to one in a million. Needs
+valgrind.
 """
 import collections
 import datetime
@@ -21,9 +23,11 @@ import tempfile
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 TARGET = os.environ.get("INSTRUCTIONS_TARGET", os.path.join(ROOT, "target", "instructions"))
 RECORD = os.path.join(ROOT, "docs", "instructions.txt")
-SIDES = (96, 64)
+SIDES = (48, 32)
 PASSES = (2, 10)
 SCENES = [("built-in", []), ("box", [os.path.join("scenes", "box", "scene.xml")])]
+# Functions in which rayon's threads look for work and sleep, as far as their code is not Kaustika's.
+WAITING = re.compile(r"rayon|crossbeam|std::sys::sync|std::thread|sched_yield|futex|pthread|syscall|Chain<A,B>")
 # Below this share of a scene's total a group is shown among the others.
 SMALL = 0.005
 
@@ -34,37 +38,48 @@ def build():
     return os.path.join(TARGET, "release", "kaustika")
 
 
-def group(path):
-    ours = re.search(r"crates/(\w+)/src/(\w+)", path)
+def group(path, function, library):
+    """What an instruction belongs to, by its source file, or without one (`???`) by its library; None for waiting."""
+    ours = None if "core_arch" in path else re.search(r"crates/(\w+)/src/(\w+)", path)
     if ours:
         crate, module = ours.groups()
         return crate if crate in ("math", "spectra") else "%s/%s" % (crate, module)
+    if WAITING.search(function):
+        return None
+    if re.match(r"_*mem(cpy|move|set|cmp)", function):
+        return "memcpy, memset, memcmp"
+    if "core_arch" in path:
+        return "SIMD intrinsics"
     if "/library/" in path:
         return "standard library"
-    if ".cargo/registry" in path or "/registry/src/" in path:
-        return "other crates"
-    return "system libraries"
+    return "other crates" if "/registry/" in path else library
 
 
 def costs(path):
     """Instructions of each group in a file of callgrind's (its manual, "Callgrind Format Specification")."""
     names, found = {}, collections.Counter()
-    current, skip = None, False
+    library, source, function, skip = "", "", "", False
     with open(path) as lines:
         for line in lines:
-            spec = re.match(r"(fl|fi|fe|cfi|cfl)=\((\d+)\)(?: (.*))?$", line)
+            spec = re.match(r"(ob|cob|fl|fi|fe|cfi|cfl|fn|cfn)=\((\d+)\)(?: (.*))?$", line)
             if spec:
                 kind, number, name = spec.groups()
+                key = (kind[-2:] if kind[-2:] in ("ob", "fn") else "file", number)
                 if name:
-                    names[number] = group(name)
-                if kind in ("fl", "fi", "fe"):
-                    current = names[number]
+                    names[key] = name
+                if kind == "ob":
+                    library = os.path.basename(names[key])
+                elif kind == "fn":
+                    function = names[key]
+                elif kind in ("fl", "fi", "fe"):
+                    source = names[key]
             elif line.startswith("calls="):
                 skip = True  # the next line is the callee's
             elif re.match(r"[+\-*\d]", line):
-                if not skip and current:
-                    found[current] += int(line.split()[-1])
+                if not skip:
+                    found[group(source, function, library)] += int(line.split()[-1])
                 skip = False
+    del found[None]
     return found
 
 
