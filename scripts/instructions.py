@@ -9,7 +9,7 @@ The program is built for x86-64-v3 (callgrind knows no AVX-512) in a target dire
 target/instructions). Each scene is rendered by one thread with few and with more passes; the difference, divided by the samples in
 it, is free of starting, loading and building. Instructions belong to the source file that they were compiled from, also
 where they were inlined into another's function, and files are put together by folder; without a source file to a library.
-What threads do while they wait for work differs from run to run, and is left out; the rest repeats to one in a million. Needs
+What threads do while they wait for work differs from run to run, and is left out; the rest repeats to one in 100,000. Needs
 valgrind.
 """
 import collections
