@@ -121,6 +121,7 @@ impl<'a> Integrator<'a> {
         let mut depth = 0;
         let mut passages = 0;
         let mut footprint = camera.width * scene.footprint_scale;
+        let mut bsdf = Bsdf::default();
         let mut previous = Previous { p: ray.o, n: Vec3::ZERO, pdf_w: 1.0, delta: true };
 
         loop {
@@ -139,14 +140,14 @@ impl<'a> Integrator<'a> {
             surface.footprint = footprint;
 
             // What is there?
-            let Some(bsdf) = scene.bsdf(&surface, wo, &mut lambda) else {
+            if !scene.bsdf_into(&surface, wo, &mut lambda, &mut bsdf) {
                 passages += 1;
                 if passages > MAX_PASSAGES {
                     break;
                 }
                 ray = surface.spawn(ray.d);
                 continue;
-            };
+            }
             if let Some(record) = record.take() {
                 describe(scene, &surface, &bsdf, wo, &lambda, record);
             }
@@ -258,16 +259,11 @@ impl<'a> Integrator<'a> {
         let Some(l) = light.sample_li(scene, surface.p, u2, lambda) else {
             return Spectrum::ZERO;
         };
-        let f = bsdf.eval(wo, l.wi, Mode::Radiance, Lobes::ALL);
+        let (f, (pdf_b, _)) = bsdf.eval_pdf(wo, l.wi, Mode::Radiance, Lobes::ALL);
         if f.is_black() || l.le.is_black() {
             return Spectrum::ZERO;
         }
-        let w = if l.delta {
-            1.0
-        } else {
-            let (pdf_b, _) = bsdf.pdf(wo, l.wi, Mode::Radiance, Lobes::ALL);
-            self.mis.light(p * l.pdf_w, pdf_b) // (3)
-        };
+        let w = if l.delta { 1.0 } else { self.mis.light(p * l.pdf_w, pdf_b) }; // (3)
         if w == 0.0 {
             return Spectrum::ZERO;
         }
