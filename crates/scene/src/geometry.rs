@@ -119,14 +119,14 @@ impl Geometry {
     /// The surface at a hit.
     #[inline]
     pub fn surface(&self, hit: &Hit, ray: &Ray) -> Surface {
-        let surface = match &hit.primitive {
+        let mut surface = match &hit.primitive {
             Primitive::Triangle(i, b) => self.triangles.surface(*i, *b, hit.t, ray.time),
             Primitive::Quadric(i, h) => self.quadrics[*i as usize].surface(*i, h, ray.time),
         };
-        match hit.instance {
-            Some(i) => placed(&surface, i, &self.instances[i as usize].to_world),
-            None => surface,
+        if let Some(i) = hit.instance {
+            place(&mut surface, i, &self.instances[i as usize].to_world);
         }
+        surface
     }
 
     /// ∂p/∂u and ∂p/∂v at a surface, world space; some tangents where the uvs are degenerate.
@@ -209,16 +209,13 @@ impl Group {
     }
 }
 
-/// A surface of a group, seen through an instance.
-fn placed(s: &Surface, instance: u32, to_world: &Transform) -> Surface {
-    Surface {
-        p: to_world.point(s.p),
-        p_error: to_world.point_error(s.p, s.p_error),
-        ng: to_world.normal(s.ng).normalize(),
-        ns: to_world.normal(s.ns).normalize(),
-        instance: Some(instance),
-        ..*s
-    }
+/// Puts a surface of a group where an instance has it.
+fn place(s: &mut Surface, instance: u32, to_world: &Transform) {
+    s.p_error = to_world.point_error(s.p, s.p_error);
+    s.p = to_world.point(s.p);
+    s.ng = to_world.normal(s.ng).normalize();
+    s.ns = to_world.normal(s.ns).normalize();
+    s.instance = Some(instance);
 }
 
 impl Hit {

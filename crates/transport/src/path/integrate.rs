@@ -16,7 +16,7 @@ use crate::frame::Frame;
 use crate::method::PassStats;
 use crate::roulette::{Roulette, WalkState};
 use kaustika_film::accumulate::PixelRecord;
-use kaustika_math::{Ray, Vec3};
+use kaustika_math::{Ray, Vec2, Vec3};
 use kaustika_sampling::{MisHeuristic, Sampler};
 use kaustika_scene::bsdf::{Bsdf, Lobes, Mode};
 use kaustika_scene::{CameraRay, LightId, Scene, Surface};
@@ -127,7 +127,7 @@ impl<'a> Integrator<'a> {
         loop {
             // Find the next path vertex.
             stats.closest_rays += 1;
-            let hit = scene.intersect(&ray, t_max);
+            let mut hit = scene.intersect(&ray, t_max);
             t_max = f32::INFINITY;
             let wo = -ray.d;
 
@@ -135,12 +135,12 @@ impl<'a> Integrator<'a> {
             if self.counts(depth) && !(depth == 0 && self.hide_emitters) {
                 radiance += beta * self.emission(hit.as_ref(), &ray, &previous, &lambda);
             }
-            let Some(mut surface) = hit else { break };
+            let Some(surface) = &mut hit else { break };
             footprint += camera.spread * scene.footprint_scale * surface.t;
             surface.footprint = footprint;
 
             // What is there?
-            if !scene.bsdf_into(&surface, wo, &mut lambda, &mut bsdf) {
+            if !scene.bsdf_into(surface, wo, &mut lambda, &mut bsdf) {
                 passages += 1;
                 if passages > MAX_PASSAGES {
                     break;
@@ -149,20 +149,20 @@ impl<'a> Integrator<'a> {
                 continue;
             }
             if let Some(record) = record.take() {
-                describe(scene, &surface, &bsdf, wo, &lambda, record);
+                describe(scene, surface, &bsdf, wo, &lambda, record);
             }
             if depth >= self.max_depth {
                 break;
             }
 
             // Every vertex draws as many numbers, so that those of one kind stay together.
-            let (u_light, u2_light) = (sampler.get_1d(), sampler.get_2d());
-            let (uc, u2) = (sampler.get_1d(), sampler.get_2d());
-            let u_survive = sampler.get_1d();
+            let u = sampler.get_vertex();
+            let (u2_light, u2) = (Vec2::new(u[0], u[1]), Vec2::new(u[2], u[3]));
+            let [u_light, uc, u_survive] = [u[4], u[5], u[6]];
 
             // Sample a light: its term of (1).
             if self.counts(depth + 1) && bsdf.lobes().has(Lobes::SMOOTH) {
-                let direct = self.direct(&surface, &bsdf, wo, u_light, u2_light, &lambda, stats);
+                let direct = self.direct(surface, &bsdf, wo, u_light, u2_light, &lambda, stats);
                 radiance += beta * direct;
             }
 
@@ -244,21 +244,22 @@ impl<'a> Integrator<'a> {
         bsdf: &Bsdf,
         wo: Vec3,
         u: f32,
-        u2: kaustika_math::Vec2,
+        u2: Vec2,
         lambda: &Wavelengths,
         stats: &mut PassStats,
     ) -> Spectrum {
         let scene = self.scene;
-        let Some((id, p)) = scene.light_selection.sample(surface.p, surface.ng, u) else {
+        let selection = &scene.light_selection;
+        let Some((id, p, u2)) = selection.sample(surface.p, surface.ng, u, u2) else {
             return Spectrum::ZERO;
         };
         let light = scene.light(id);
         if !light.is_delta() && !self.mis.samples_lights() {
             return Spectrum::ZERO;
         }
-        let Some(l) = light.sample_li(scene, surface.p, u2, lambda) else {
-            return Spectrum::ZERO;
-        };
+        // By reference: what was written in pieces is slow to be moved at once.
+        let sample = light.sample_li(scene, surface.p, u2, lambda);
+        let Some(l) = &sample else { return Spectrum::ZERO };
         let (f, (pdf_b, _)) = bsdf.eval_pdf(wo, l.wi, Mode::Radiance, Lobes::ALL);
         if f.is_black() || l.le.is_black() {
             return Spectrum::ZERO;
@@ -268,7 +269,7 @@ impl<'a> Integrator<'a> {
             return Spectrum::ZERO;
         }
         stats.shadow_rays += 1;
-        if !scene.unoccluded(surface, &l) {
+        if !scene.unoccluded(surface, l) {
             return Spectrum::ZERO;
         }
         f * l.le * (w / (p * l.pdf_w))
