@@ -127,20 +127,27 @@ impl<'a> Integrator<'a> {
         loop {
             // Find the next path vertex.
             stats.closest_rays += 1;
-            let mut hit = scene.intersect(&ray, t_max);
+            let hit = scene.hit(&ray, t_max);
             t_max = f32::INFINITY;
             let wo = -ray.d;
 
             // Add what it emits toward the path: the BSDF's term of (1).
-            if self.counts(depth) && !(depth == 0 && self.hide_emitters) {
-                radiance += beta * self.emission(hit.as_ref(), &ray, &previous, &lambda);
+            let shown = self.counts(depth) && !(depth == 0 && self.hide_emitters);
+            let Some(hit) = &hit else {
+                if shown {
+                    radiance += beta * self.escaped(&ray, &previous, &lambda);
+                }
+                break;
+            };
+            let mut surface = scene.geometry.surface(hit, &ray);
+            if let (true, Some(id)) = (shown, surface.light) {
+                radiance += beta * self.emitted(id, &surface, &ray, &previous, &lambda);
             }
-            let Some(surface) = &mut hit else { break };
             footprint += camera.spread * scene.footprint_scale * surface.t;
             surface.footprint = footprint;
 
             // What is there?
-            if !scene.bsdf_into(surface, wo, &mut lambda, &mut bsdf) {
+            if !scene.bsdf_into(&surface, wo, &mut lambda, &mut bsdf) {
                 passages += 1;
                 if passages > MAX_PASSAGES {
                     break;
@@ -149,7 +156,7 @@ impl<'a> Integrator<'a> {
                 continue;
             }
             if let Some(record) = record.take() {
-                describe(scene, surface, &bsdf, wo, &lambda, record);
+                describe(scene, &surface, &bsdf, wo, &lambda, record);
             }
             if depth >= self.max_depth {
                 break;
@@ -162,7 +169,7 @@ impl<'a> Integrator<'a> {
 
             // Sample a light: its term of (1).
             if self.counts(depth + 1) && bsdf.lobes().has(Lobes::SMOOTH) {
-                let direct = self.direct(surface, &bsdf, wo, u_light, u2_light, &lambda, stats);
+                let direct = self.direct(&surface, &bsdf, wo, u_light, u2_light, &lambda, stats);
                 radiance += beta * direct;
             }
 
@@ -202,38 +209,43 @@ impl<'a> Integrator<'a> {
         depth <= self.max_depth && self.only_depth.is_none_or(|d| d == depth)
     }
 
-    /// w_b Lₑ of what the ray met, or of what surrounds the scene.
-    fn emission(
+    /// w_b of a light that was met.
+    #[inline]
+    fn weight(&self, previous: &Previous, light: LightId, pdf_li: f32) -> f32 {
+        if previous.delta {
+            return 1.0;
+        }
+        let p = self.scene.light_selection.pmf(previous.p, previous.n, light);
+        self.mis.bsdf(p * pdf_li, previous.pdf_w) // (3)
+    }
+
+    /// w_b Lₑ of the light that the ray met.
+    #[inline(never)]
+    fn emitted(
         &self,
-        hit: Option<&Surface>,
+        id: LightId,
+        s: &Surface,
         ray: &Ray,
         previous: &Previous,
         lambda: &Wavelengths,
     ) -> Spectrum {
-        let scene = self.scene;
-        let weight = |light: LightId, pdf_li: f32| {
-            if previous.delta {
-                return 1.0;
-            }
-            let p = scene.light_selection.pmf(previous.p, previous.n, light);
-            self.mis.bsdf(p * pdf_li, previous.pdf_w) // (3)
-        };
-        match hit {
-            Some(s) => {
-                let Some(id) = s.light else { return Spectrum::ZERO };
-                let light = scene.light(id);
-                let le = light.le(scene, s, -ray.d, lambda);
-                if le.is_black() {
-                    return le;
-                }
-                le * weight(id, light.pdf_li(scene, previous.p, s, ray.d))
-            }
-            None => scene.environments.iter().fold(Spectrum::ZERO, |sum, &id| {
-                let light = scene.light(id);
-                let le = light.le_escaped(ray.d, lambda);
-                sum + le * weight(id, light.pdf_li_escaped(ray.d))
-            }),
+        let light = self.scene.light(id);
+        let le = light.le(self.scene, s, -ray.d, lambda);
+        if le.is_black() {
+            return le;
         }
+        let pdf_li = light.pdf_li(self.scene, previous.p, s, ray.d);
+        le * self.weight(previous, id, pdf_li)
+    }
+
+    /// w_b Lₑ of what surrounds the scene.
+    #[inline(never)]
+    fn escaped(&self, ray: &Ray, previous: &Previous, lambda: &Wavelengths) -> Spectrum {
+        self.scene.environments.iter().fold(Spectrum::ZERO, |sum, &id| {
+            let light = self.scene.light(id);
+            let le = light.le_escaped(ray.d, lambda);
+            sum + le * self.weight(previous, id, light.pdf_li_escaped(ray.d))
+        })
     }
 
     /// The light's term of (1) at a surface.
