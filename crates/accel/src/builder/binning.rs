@@ -3,7 +3,8 @@
 
 use rayon::prelude::*;
 
-use super::{Box4, Costs, Extent, PrimRef};
+use super::boxes::{Box8, Extent};
+use super::{Costs, PrimRef};
 
 /// Most bins an axis.
 pub(super) const MAX_BINS: usize = 32;
@@ -18,13 +19,23 @@ pub(super) struct Split {
     axis: usize,
     bin: u32,
     map: BinMap,
+    /// Primitives on the left side.
+    pub(super) left_count: usize,
+    /// What the two sides span.
+    pub(super) bounds: [Box8; 2],
+    areas: f32,
 }
 
 impl Split {
     #[inline(always)]
     pub(super) fn is_left(&self, r: &PrimRef) -> bool {
         let axis = self.axis % 3;
-        self.map.bin(r.lo[axis] + r.hi[axis], axis) < self.bin
+        self.map.bin(r.center(axis), axis) < self.bin
+    }
+
+    /// The half areas of the two sides together.
+    pub(super) fn areas(&self) -> f32 {
+        self.areas
     }
 }
 
@@ -37,13 +48,13 @@ struct BinMap {
 }
 
 impl BinMap {
-    fn new(centroids: &Box4, bins: usize) -> BinMap {
+    fn new(centers: &Box8, bins: usize) -> BinMap {
         let scale = std::array::from_fn(|i| {
-            let extent = centroids.hi[i] - centroids.lo[i];
+            let extent = centers.extent(i);
             let scale = bins as f32 / extent;
             if i < 3 && extent > 0.0 && scale.is_finite() { scale } else { 0.0 }
         });
-        BinMap { origin: centroids.lo, scale, last: bins as i32 - 1 }
+        BinMap { origin: centers.lower(), scale, last: bins as i32 - 1 }
     }
 
     /// The bin along `axis` of a primitive whose doubled centre is at `c` there.
@@ -59,19 +70,19 @@ impl BinMap {
 
     #[inline(always)]
     fn bins(&self, r: &PrimRef) -> [u32; 4] {
-        let c = r.centroid();
+        let c = r.centers();
         std::array::from_fn(|i| self.bin(c[i], i))
     }
 }
 
 /// Up to `N` bins along each axis.
 struct Bins<const N: usize> {
-    boxes: [[Box4; N]; 3],
+    boxes: [[Box8; N]; 3],
     counts: [[u32; N]; 3],
 }
 
 impl<const N: usize> Bins<N> {
-    const EMPTY: Self = Bins { boxes: [[Box4::EMPTY; N]; 3], counts: [[0; N]; 3] };
+    const EMPTY: Self = Bins { boxes: [[Box8::EMPTY; N]; 3], counts: [[0; N]; 3] };
 
     #[inline(always)]
     fn fill(&mut self, refs: &[PrimRef], map: &BinMap) {
@@ -79,7 +90,7 @@ impl<const N: usize> Bins<N> {
             let [x, y, z, _] = map.bins(r);
             for (axis, bin) in [x, y, z].into_iter().enumerate() {
                 let k = bin as usize % N;
-                self.boxes[axis][k].grow(&r.lo, &r.hi);
+                self.boxes[axis][k].grow(r.box8());
                 self.counts[axis][k] += 1;
             }
         }
@@ -88,7 +99,7 @@ impl<const N: usize> Bins<N> {
     fn merge(mut self, o: Self) -> Self {
         for axis in 0..3 {
             for k in 0..N {
-                self.boxes[axis][k].merge(&o.boxes[axis][k]);
+                self.boxes[axis][k].grow(&o.boxes[axis][k]);
                 self.counts[axis][k] += o.counts[axis][k];
             }
         }
@@ -106,17 +117,17 @@ impl<const N: usize> Bins<N> {
             let (boxes, counts) = (&self.boxes[axis][..count], &self.counts[axis][..count]);
             // Cost of the primitives right of each plane, then add what lies left of it.
             let mut right_costs = [f32::INFINITY; N];
-            let (mut right, mut n) = (Box4::EMPTY, 0);
+            let (mut right, mut n) = (Box8::EMPTY, 0);
             for k in (1..count).rev() {
-                right.merge(&boxes[k]);
+                right.grow(&boxes[k]);
                 n += counts[k];
                 if n > 0 {
                     right_costs[k] = right.half_area(costs.scale) * n as f32;
                 }
             }
-            let (mut left, mut n) = (Box4::EMPTY, 0);
+            let (mut left, mut n) = (Box8::EMPTY, 0);
             for (k, right_cost) in right_costs[..count].iter().enumerate().skip(1) {
-                left.merge(&boxes[k - 1]);
+                left.grow(&boxes[k - 1]);
                 n += counts[k - 1];
                 if n > 0 {
                     let cost = left.half_area(costs.scale) * n as f32 + right_cost;
@@ -126,7 +137,15 @@ impl<const N: usize> Bins<N> {
                 }
             }
         }
-        (best.0 < f32::INFINITY).then_some(Split { axis: best.1, bin: best.2 as u32, map })
+        let (cost, axis, bin) = best;
+        if cost == f32::INFINITY {
+            return None;
+        }
+        let (left, right) = self.boxes[axis][..count].split_at(bin);
+        let bounds = [left, right].map(|b| b.iter().fold(Box8::EMPTY, |a, &b| a.union(b)));
+        let left_count = self.counts[axis][..bin].iter().sum::<u32>() as usize;
+        let areas = bounds[0].half_area(costs.scale) + bounds[1].half_area(costs.scale);
+        Some(Split { axis, bin: bin as u32, map, left_count, bounds, areas })
     }
 }
 
@@ -147,7 +166,7 @@ fn find_split_in<const N: usize>(
     costs: &Costs,
     count: usize,
 ) -> Option<Split> {
-    let map = BinMap::new(&extent.centroids, count);
+    let map = BinMap::new(&extent.centers, count);
     if refs.len() >= PARALLEL {
         let bins = refs
             .par_chunks(CHUNK)
