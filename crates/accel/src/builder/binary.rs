@@ -52,8 +52,7 @@ impl<const WIDTH: usize> BinaryTree<WIDTH> {
         let extent =
             refs.par_chunks(1 << 14).map(Extent::of).reduce(|| Extent::EMPTY, Extent::union);
         let costs = Costs::new(leaf_size, options, &extent.bounds.bounds());
-        let mut scratch = refs.to_vec();
-        let root = build_part(refs, &mut scratch, &mut cuts, &extent, 0, &costs);
+        let root = build_part(refs, &mut cuts, &extent, 0, &costs);
         BinaryTree { cuts, left_count: root.left_count }
     }
 
@@ -100,7 +99,6 @@ impl<const WIDTH: usize> BinaryTree<WIDTH> {
 
 fn build_part<const WIDTH: usize>(
     refs: &mut [PrimRef],
-    scratch: &mut [PrimRef],
     cuts: &mut [Cut<WIDTH>],
     extent: &Extent,
     depth: usize,
@@ -113,20 +111,19 @@ fn build_part<const WIDTH: usize>(
         return unsplit();
     }
     let split = if depth < MAX_SAH_DEPTH { find_split(refs, extent, costs) } else { None };
-    let (left_count, left, right) = match split {
+    let (left_count, [left, right]) = match split {
         // Two leaves for one must at least be smaller.
         Some(split) if count <= costs.leaf_size && split.areas() >= area => return unsplit(),
-        Some(split) => partition(refs, scratch, &split),
+        Some(split) => (split.left_count, partition(refs, &split)),
         None if count <= costs.leaf_size => return unsplit(),
         None => halve(refs, extent),
     };
 
     let (l_refs, r_refs) = refs.split_at_mut(left_count);
-    let (l_scratch, r_scratch) = scratch.split_at_mut(left_count);
     let (l_cuts, rest) = cuts.split_at_mut(left_count - 1);
     let (own, r_cuts) = rest.split_at_mut(1);
-    let mut build_left = || build_part(l_refs, l_scratch, l_cuts, &left, depth + 1, costs);
-    let mut build_right = || build_part(r_refs, r_scratch, r_cuts, &right, depth + 1, costs);
+    let mut build_left = || build_part(l_refs, l_cuts, &left, depth + 1, costs);
+    let mut build_right = || build_part(r_refs, r_cuts, &right, depth + 1, costs);
     let (left, right) = if count >= PARALLEL {
         rayon::join(build_left, build_right)
     } else {
@@ -140,7 +137,7 @@ fn build_part<const WIDTH: usize>(
 
 /// Two halves along the axis on which the centres spread most: for centres that all coincide, and
 /// for parts of the tree that are too deep.
-fn halve(refs: &mut [PrimRef], extent: &Extent) -> (usize, Extent, Extent) {
+fn halve(refs: &mut [PrimRef], extent: &Extent) -> (usize, [Extent; 2]) {
     let middle = refs.len() / 2;
     let spread = [0, 1, 2].map(|axis| extent.centers.extent(axis));
     let axis = (0..3).fold(0, |a, b| if spread[b] > spread[a] { b } else { a });
@@ -150,5 +147,5 @@ fn halve(refs: &mut [PrimRef], extent: &Extent) -> (usize, Extent, Extent) {
             key(a).total_cmp(&key(b)).then(a.prim().cmp(&b.prim()))
         });
     }
-    (middle, Extent::of(&refs[..middle]), Extent::of(&refs[middle..]))
+    (middle, [Extent::of(&refs[..middle]), Extent::of(&refs[middle..])])
 }

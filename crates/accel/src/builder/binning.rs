@@ -44,7 +44,7 @@ impl Split {
 struct BinMap {
     origin: [f32; 4],
     scale: [f32; 4],
-    last: i32,
+    last: f32,
 }
 
 impl BinMap {
@@ -54,18 +54,19 @@ impl BinMap {
             let scale = bins as f32 / extent;
             if i < 3 && extent > 0.0 && scale.is_finite() { scale } else { 0.0 }
         });
-        BinMap { origin: centers.lower(), scale, last: bins as i32 - 1 }
+        BinMap { origin: centers.lower(), scale, last: (bins - 1) as f32 }
     }
 
     /// The bin along `axis` of a primitive whose doubled centre is at `c` there.
     #[inline(always)]
     fn bin(&self, c: f32, axis: usize) -> u32 {
         // Adding 1.5·2²³ rounds to a whole number and leaves it in the low bits: cheaper than a
-        // conversion, which has to saturate. Nonsense cannot occur, and would be clamped.
+        // conversion, which has to saturate.
         const ROUND: f32 = 12_582_912.0;
         let x = (c - self.origin[axis]) * self.scale[axis] - 0.5;
-        let whole = (x + ROUND).to_bits().wrapping_sub(ROUND.to_bits()) as i32;
-        whole.clamp(0, self.last) as u32
+        let x = if x > 0.0 { x } else { 0.0 };
+        let x = if x < self.last { x } else { self.last };
+        (x + ROUND).to_bits() & (MAX_BINS as u32 - 1)
     }
 
     #[inline(always)]
@@ -77,30 +78,31 @@ impl BinMap {
 
 /// Up to `N` bins along each axis.
 struct Bins<const N: usize> {
-    boxes: [[Box8; N]; 3],
-    counts: [[u32; N]; 3],
+    boxes: [[Box8; 3]; N],
+    /// The last of four is there for the vector unit.
+    counts: [[u32; 4]; N],
 }
 
 impl<const N: usize> Bins<N> {
-    const EMPTY: Self = Bins { boxes: [[Box8::EMPTY; N]; 3], counts: [[0; N]; 3] };
+    const EMPTY: Self = Bins { boxes: [[Box8::EMPTY; 3]; N], counts: [[0; 4]; N] };
 
     #[inline(always)]
     fn fill(&mut self, refs: &[PrimRef], map: &BinMap) {
         for r in refs {
-            let [x, y, z, _] = map.bins(r);
-            for (axis, bin) in [x, y, z].into_iter().enumerate() {
-                let k = bin as usize % N;
-                self.boxes[axis][k].grow(r.box8());
-                self.counts[axis][k] += 1;
+            let bins = map.bins(r);
+            for axis in 0..3 {
+                let k = bins[axis] as usize % N;
+                self.boxes[k][axis].grow(r.box8());
+                self.counts[k][axis] += 1;
             }
         }
     }
 
     fn merge(mut self, o: Self) -> Self {
-        for axis in 0..3 {
-            for k in 0..N {
-                self.boxes[axis][k].grow(&o.boxes[axis][k]);
-                self.counts[axis][k] += o.counts[axis][k];
+        for k in 0..N {
+            for axis in 0..3 {
+                self.boxes[k][axis].grow(&o.boxes[k][axis]);
+                self.counts[k][axis] += o.counts[k][axis];
             }
         }
         self
@@ -109,43 +111,44 @@ impl<const N: usize> Bins<N> {
     /// The cheapest of the planes between the first `count` bins of each axis.
     #[inline(always)]
     fn best_split(&self, count: usize, map: BinMap, costs: &Costs) -> Option<Split> {
-        let mut best = (f32::INFINITY, 0, 0);
-        for axis in 0..3 {
-            if map.scale[axis] == 0.0 {
-                continue;
+        // Adds one bin of each axis to what is on one side of a plane, and says what that costs.
+        // Nothing on one side costs ∞·0, which is NaN and not less than anything.
+        let add = |side: &mut ([Box8; 3], [u32; 4]), k: usize| -> [f32; 4] {
+            let mut areas = [0.0; 4];
+            for axis in 0..3 {
+                side.0[axis].grow(&self.boxes[k][axis]);
+                areas[axis] = side.0[axis].half_area(costs.scale);
             }
-            let (boxes, counts) = (&self.boxes[axis][..count], &self.counts[axis][..count]);
-            // Cost of the primitives right of each plane, then add what lies left of it.
-            let mut right_costs = [f32::INFINITY; N];
-            let (mut right, mut n) = (Box8::EMPTY, 0);
-            for k in (1..count).rev() {
-                right.grow(&boxes[k]);
-                n += counts[k];
-                if n > 0 {
-                    right_costs[k] = right.half_area(costs.scale) * n as f32;
-                }
-            }
-            let (mut left, mut n) = (Box8::EMPTY, 0);
-            for (k, right_cost) in right_costs[..count].iter().enumerate().skip(1) {
-                left.grow(&boxes[k - 1]);
-                n += counts[k - 1];
-                if n > 0 {
-                    let cost = left.half_area(costs.scale) * n as f32 + right_cost;
-                    if cost < best.0 {
-                        best = (cost, axis, k);
-                    }
-                }
+            side.1 = std::array::from_fn(|axis| side.1[axis] + self.counts[k][axis]);
+            std::array::from_fn(|axis| areas[axis] * side.1[axis] as f32)
+        };
+        const NOTHING: ([Box8; 3], [u32; 4]) = ([Box8::EMPTY; 3], [0; 4]);
+        let mut right_costs = [[0.0; 4]; N];
+        let mut right = NOTHING;
+        for k in (1..count).rev() {
+            right_costs[k % N] = add(&mut right, k % N);
+        }
+        let mut left = NOTHING;
+        let (mut best, mut best_bin) = ([f32::INFINITY; 4], [0; 4]);
+        for k in 1..count {
+            let left_costs = add(&mut left, (k - 1) % N);
+            for axis in 0..4 {
+                let cost = left_costs[axis] + right_costs[k % N][axis];
+                let better = cost < best[axis];
+                best[axis] = if better { cost } else { best[axis] };
+                best_bin[axis] = if better { k as u32 } else { best_bin[axis] };
             }
         }
-        let (cost, axis, bin) = best;
-        if cost == f32::INFINITY {
+        let axis = (1..3).fold(0, |a, b| if best[b] < best[a] { b } else { a });
+        if best[axis] == f32::INFINITY {
             return None;
         }
-        let (left, right) = self.boxes[axis][..count].split_at(bin);
-        let bounds = [left, right].map(|b| b.iter().fold(Box8::EMPTY, |a, &b| a.union(b)));
-        let left_count = self.counts[axis][..bin].iter().sum::<u32>() as usize;
+        let bin = best_bin[axis];
+        let (left, right) = self.boxes[..count].split_at(bin as usize);
+        let bounds = [left, right].map(|s| s.iter().fold(Box8::EMPTY, |a, b| a.union(b[axis])));
+        let left_count = self.counts[..bin as usize].iter().map(|c| c[axis]).sum::<u32>() as usize;
         let areas = bounds[0].half_area(costs.scale) + bounds[1].half_area(costs.scale);
-        Some(Split { axis, bin: bin as u32, map, left_count, bounds, areas })
+        Some(Split { axis, bin, map, left_count, bounds, areas })
     }
 }
 

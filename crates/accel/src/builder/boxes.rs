@@ -3,6 +3,7 @@
 use kaustika_math::{Bounds3, Vec3};
 
 use crate::ray::MAX_COORDINATE;
+use crate::simd::F32x8;
 
 /// The lower corner in lanes 0..3, the upper corner negated in lanes 4..7, so that a box grows by
 /// the lesser of each lane. Lanes 3 and 7 are of no meaning.
@@ -15,8 +16,8 @@ impl Box8 {
 
     #[inline(always)]
     pub(super) fn grow(&mut self, o: &Box8) {
-        // The comparison of the vector instruction, which f32::min is not.
-        self.0 = std::array::from_fn(|i| if self.0[i] < o.0[i] { self.0[i] } else { o.0[i] });
+        // Written with arrays this becomes a masked store, which the next load has to wait for.
+        self.0 = F32x8::load(&self.0).min(F32x8::load(&o.0)).to_array();
     }
 
     #[inline(always)]
@@ -29,8 +30,9 @@ impl Box8 {
     #[inline(always)]
     pub(super) fn half_area(&self, scale: f32) -> f32 {
         // Negative lengths: the signs cancel.
-        let [x, y, z] = [0, 1, 2].map(|i| (self.0[i] + self.0[4 + i]) * scale);
-        x * y + y * z + z * x
+        let d: [f32; 4] = std::array::from_fn(|i| (self.0[i] + self.0[4 + i]) * scale);
+        let [xy, yz, zx] = [0, 1, 2].map(|i| d[i] * [d[1], d[2], d[0]][i]);
+        xy + yz + zx
     }
 
     /// The lower corner; the last lane is of no meaning.

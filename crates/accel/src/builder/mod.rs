@@ -8,8 +8,8 @@
 //! Deterministic: what happens to a range of primitives depends on that range alone, never on
 //! which thread gets it.
 //!
-//! Memory, in bytes a primitive, for eight children: references 32; while the binary tree is built
-//! another 32, and 16 that remain until it is cut; wide nodes afterwards 5 to 10.
+//! Memory, in bytes a primitive, for eight children: references 32, until the leaves are made;
+//! the binary tree 16, until it is cut; what it is cut into up to 10, with the final tree.
 
 mod binary;
 mod binning;
