@@ -40,12 +40,9 @@ impl TriangleBvh {
     /// With more than 2³¹ triangles.
     pub fn build(positions: &[Vec3], indices: &[[u32; 3]], options: &BuildOptions) -> TriangleBvh {
         assert!(indices.len() <= 1 << 31, "more than 2^31 triangles in one mesh");
-        let corners = |i: [u32; 3]| {
-            let [a, b, c] = i.map(|i| positions.get(i as usize));
-            Some([*a?, *b?, *c?])
-        };
         let mut refs = builder::references(indices.len(), |prim| {
-            let p = corners(indices[prim])?;
+            let [a, b, c] = indices[prim].map(|i| i as usize);
+            let p = [*positions.get(a)?, *positions.get(b)?, *positions.get(c)?];
             // A NaN would vanish in the bounds.
             let finite = p.iter().all(|p| p.is_finite());
             (finite && has_area(p)).then(|| Bounds3::new(p[0], p[1]).with_point(p[2]))

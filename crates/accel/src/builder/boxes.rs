@@ -30,9 +30,9 @@ impl Box8 {
     #[inline(always)]
     pub(super) fn half_area(&self, scale: f32) -> f32 {
         // Negative lengths: the signs cancel.
-        let d: [f32; 4] = std::array::from_fn(|i| (self.0[i] + self.0[4 + i]) * scale);
-        let [xy, yz, zx] = [0, 1, 2].map(|i| d[i] * [d[1], d[2], d[0]][i]);
-        xy + yz + zx
+        let b = &self.0;
+        let (x, y, z) = ((b[0] + b[4]) * scale, (b[1] + b[5]) * scale, (b[2] + b[6]) * scale);
+        (x + z) * y + z * x
     }
 
     /// The lower corner; the last lane is of no meaning.
