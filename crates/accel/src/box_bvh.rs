@@ -32,12 +32,12 @@ impl BoxBvh {
         let mut refs = builder::references(bounds.len(), |prim| Some(bounds[prim]));
         let tree = WideTree::<WIDTH>::build(&mut refs, 1, &BuildOptions::default());
         let (mut root, mut depth) = (tree.root, tree.depth);
-        let prims = tree.leaves(&refs, |_, leaf| leaf[0].prim());
+        let prims = tree.leaves.map(&refs, |leaf| leaf[0].prim());
         let leaf = |c: &Child| match c.place.is_leaf() {
             true => ChildRef::leaf(prims[c.place.index()] as usize),
             false => c.place,
         };
-        let mut nodes = tree.nodes(|children| {
+        let mut nodes = tree.nodes.map(|children| {
             let mut node = Node::EMPTY;
             for (slot, child) in children.iter().enumerate() {
                 node.set(slot, &child.bounds, leaf(child));

@@ -48,8 +48,8 @@ impl TriangleBvh {
             (finite && has_area(p)).then(|| Bounds3::new(p[0], p[1]).with_point(p[2]))
         });
         let tree = WideTree::<WIDTH>::build(&mut refs, BLOCK, options);
-        let nodes = tree.nodes(Node::new);
-        let blocks = tree.leaves(&refs, |_, leaf| {
+        let nodes = tree.nodes.map(Node::new);
+        let blocks = tree.leaves.map(&refs, |leaf| {
             TriangleBlock::new(leaf.iter().map(|r| {
                 let [a, b, c] = indices[r.prim() as usize].map(|i| positions[i as usize].into());
                 (r.prim(), [a, b, c])

@@ -20,15 +20,21 @@ pub(crate) struct Child {
     pub(crate) place: ChildRef,
 }
 
+impl Child {
+    const NONE: Child = Child { bounds: Bounds3::EMPTY, place: ChildRef::node(0) };
+}
+
 /// Wide nodes and leaves in the order in which they should lie in memory.
 ///
 /// A node is followed by what is below it, depth first, but the children of a node lie together:
 /// its node children are consecutive, as are its leaf children, both in the order of the slots. So
-/// a node may keep the number of its first child alone. (The first node is the root; nodes over
-/// more than some 10⁴ primitives, and their children, come before all others.) Leaves that are
-/// consecutive hold consecutive primitives only below one node.
+/// a node may keep the numbers of its first node and its first leaf alone. (The first node is the
+/// root; nodes over more than some 10⁴ primitives, and their children, come before all others.)
+/// The primitives of the leaves below a node are a range, which the leaves divide up in an order
+/// of their own.
 pub(crate) struct WideTree<const WIDTH: usize> {
-    chunks: Vec<Chunk<WIDTH>>,
+    pub(crate) nodes: WideNodes<WIDTH>,
+    pub(crate) leaves: Leaves,
     /// `None` for no primitives.
     pub(crate) root: Option<ChildRef>,
     /// Nodes on the longest way down.
@@ -38,7 +44,7 @@ pub(crate) struct WideTree<const WIDTH: usize> {
 
 impl<const WIDTH: usize> WideTree<WIDTH> {
     /// Builds with leaves of at most `leaf_size` primitives, and brings the primitives into the
-    /// order of the leaves.
+    /// order of the binary tree.
     pub(crate) fn build(
         refs: &mut [PrimRef],
         leaf_size: usize,
@@ -46,69 +52,113 @@ impl<const WIDTH: usize> WideTree<WIDTH> {
     ) -> WideTree<WIDTH> {
         const { assert!(WIDTH >= 2 && WIDTH <= 64) };
         if refs.is_empty() {
-            let bounds = Bounds3::EMPTY;
-            return WideTree { chunks: Vec::new(), root: None, depth: 0, bounds };
+            return WideTree::of_chunks(Vec::new(), None, Bounds3::EMPTY);
         }
         let tree = BinaryTree::<WIDTH>::build(refs, leaf_size, options);
         let root = tree.root();
         if tree.is_leaf(root) {
-            let chunk = Chunk { leaves: vec![Leaf::of(root)], ..Chunk::default() };
-            let bounds = chunk.leaves[0].bounds(refs).bounds();
-            let root = Some(ChildRef::leaf(0));
-            return WideTree { chunks: vec![chunk], root, depth: 0, bounds };
+            let leaf = Leaf::of(root);
+            let chunk = Chunk { leaves: vec![leaf], ..Chunk::default() };
+            return WideTree::of_chunks(vec![chunk], Some(ChildRef::leaf(0)), leaf.bounds(refs));
         }
         let chunks = cut(&tree, refs);
+        let bounds = chunks[0].nodes[0].bounds();
+        WideTree::of_chunks(chunks, Some(ChildRef::node(0)), bounds)
+    }
+
+    fn of_chunks(chunks: Vec<Chunk<WIDTH>>, root: Option<ChildRef>, bounds: Bounds3) -> Self {
         let depth = chunks.iter().map(|c| c.depth).max().unwrap_or(0);
-        let bounds = chunks[0].nodes[0].bounds().bounds();
-        WideTree { chunks, root: Some(ChildRef::node(0)), depth, bounds }
+        let (nodes, leaves) = chunks
+            .into_iter()
+            .map(|c| {
+                let nodes = NodeChunk {
+                    first: c.first_node,
+                    first_leaf: c.first_leaf,
+                    roots: c.roots,
+                    nodes: c.nodes,
+                };
+                (nodes, (c.first_leaf, c.leaves))
+            })
+            .unzip();
+        let (nodes, leaves) = (WideNodes { chunks: nodes }, Leaves { chunks: leaves });
+        WideTree { nodes, leaves, root, depth, bounds }
+    }
+}
+
+/// The nodes of a [`WideTree`].
+pub(crate) struct WideNodes<const WIDTH: usize> {
+    chunks: Vec<NodeChunk<WIDTH>>,
+}
+
+struct NodeChunk<const WIDTH: usize> {
+    nodes: Vec<Slots<WIDTH>>,
+    /// Nodes at the beginning that lie elsewhere: the root, in all chunks but the first.
+    roots: usize,
+    /// Where the others lie.
+    first: usize,
+    /// Where the leaves of this chunk lie.
+    first_leaf: usize,
+}
+
+impl<const WIDTH: usize> WideNodes<WIDTH> {
+    pub(crate) fn len(&self) -> usize {
+        self.chunks.last().map_or(0, |c| c.first + c.nodes.len() - c.roots)
     }
 
-    pub(crate) fn node_count(&self) -> usize {
-        self.chunks.last().map_or(0, |c| c.first_node + c.nodes.len() - c.roots)
-    }
-
-    pub(crate) fn leaf_count(&self) -> usize {
-        self.chunks.last().map_or(0, |c| c.first_leaf + c.leaves.len())
-    }
-
-    /// All nodes in their order, each made by `node` of its at most `WIDTH` children; in parallel.
-    pub(crate) fn nodes<N: Send>(&self, node: impl Fn(&[Child]) -> N + Sync) -> Vec<N> {
-        (0..self.node_count())
+    /// All nodes in their order, each made by `make` of its at most `WIDTH` children; in parallel.
+    pub(crate) fn map<N: Send>(self, make: impl Fn(&[Child]) -> N + Sync) -> Vec<N> {
+        (0..self.len())
             .into_par_iter()
             .with_min_len(1 << 8)
             .map(|i| {
-                let chunk = self.chunk(i, |c| c.first_node);
-                let slots = &chunk.nodes[i - chunk.first_node + chunk.roots];
-                let mut children =
-                    [Child { bounds: Bounds3::EMPTY, place: ChildRef::node(0) }; WIDTH];
-                for (child, slot) in children.iter_mut().zip(slots.in_use()) {
-                    *child = Child { bounds: slot.bounds.bounds(), place: chunk.place(slot.place) };
+                let chunk = &self.chunks[self.chunks.partition_point(|c| c.first <= i) - 1];
+                let slots = &chunk.nodes[i - chunk.first + chunk.roots];
+                let mut children = slots.children;
+                for child in &mut children[..slots.count] {
+                    child.place = place(child.place, chunk.first - chunk.roots, chunk.first_leaf);
                 }
-                node(&children[..slots.count])
+                make(&children[..slots.count])
             })
             .collect()
     }
+}
 
-    /// All leaves in their order, each made by `leaf` of its place and its primitives; in parallel.
-    /// `refs` are those that the tree was built from.
-    pub(crate) fn leaves<L: Send>(
-        &self,
+/// The leaves of a [`WideTree`].
+pub(crate) struct Leaves {
+    /// Each with the number of its first leaf.
+    chunks: Vec<(usize, Vec<Leaf>)>,
+}
+
+impl Leaves {
+    pub(crate) fn len(&self) -> usize {
+        self.chunks.last().map_or(0, |(first, leaves)| first + leaves.len())
+    }
+
+    /// All leaves in their order, each made by `make` of its primitives; in parallel. `refs` are
+    /// those that the tree was built from.
+    pub(crate) fn map<L: Send>(
+        self,
         refs: &[PrimRef],
-        leaf: impl Fn(usize, &[PrimRef]) -> L + Sync,
+        make: impl Fn(&[PrimRef]) -> L + Sync,
     ) -> Vec<L> {
-        (0..self.leaf_count())
+        (0..self.len())
             .into_par_iter()
             .with_min_len(1 << 8)
             .map(|i| {
-                let chunk = self.chunk(i, |c| c.first_leaf);
-                leaf(i, &refs[chunk.leaves[i - chunk.first_leaf].range()])
+                let chunk = self.chunks.partition_point(|(first, _)| *first <= i) - 1;
+                let (first, leaves) = &self.chunks[chunk];
+                make(&refs[leaves[i - first].range()])
             })
             .collect()
     }
+}
 
-    /// The chunk that holds item `i`, of chunks that begin at `first`.
-    fn chunk(&self, i: usize, first: impl Fn(&Chunk<WIDTH>) -> usize) -> &Chunk<WIDTH> {
-        &self.chunks[self.chunks.partition_point(|c| first(c) <= i) - 1]
+/// Where a child of a chunk lies whose nodes and leaves begin there.
+fn place(child: ChildRef, first_node: usize, first_leaf: usize) -> ChildRef {
+    if child.is_leaf() {
+        ChildRef::leaf(child.index() + first_leaf)
+    } else {
+        ChildRef::node(child.index() + first_node)
     }
 }
 
@@ -128,33 +178,24 @@ impl Leaf {
         self.first as usize..(self.first + self.count) as usize
     }
 
-    fn bounds(&self, refs: &[PrimRef]) -> Box8 {
-        refs[self.range()].iter().fold(Box8::EMPTY, |b, r| b.union(*r.box8()))
+    fn bounds(&self, refs: &[PrimRef]) -> Bounds3 {
+        let all = refs[self.range()].iter().fold(Box8::EMPTY, |b, r| b.union(*r.box8()));
+        all.bounds()
     }
 }
 
-#[derive(Clone, Copy)]
-struct Slot {
-    bounds: Box8,
-    /// Within the chunk.
-    place: ChildRef,
-}
-
+/// The children of a node; their places are within the chunk.
 struct Slots<const WIDTH: usize> {
     count: usize,
-    slots: [Slot; WIDTH],
+    children: [Child; WIDTH],
 }
 
 impl<const WIDTH: usize> Slots<WIDTH> {
-    const EMPTY: Self =
-        Slots { count: 0, slots: [Slot { bounds: Box8::EMPTY, place: ChildRef::node(0) }; WIDTH] };
+    const EMPTY: Self = Slots { count: 0, children: [Child::NONE; WIDTH] };
 
-    fn in_use(&self) -> &[Slot] {
-        &self.slots[..self.count]
-    }
-
-    fn bounds(&self) -> Box8 {
-        self.in_use().iter().fold(Box8::EMPTY, |b, s| b.union(s.bounds))
+    fn bounds(&self) -> Bounds3 {
+        let children = self.children[..self.count].iter();
+        children.fold(Bounds3::EMPTY, |all, child| all.union(child.bounds))
     }
 }
 
@@ -184,14 +225,6 @@ impl<const WIDTH: usize> Default for Chunk<WIDTH> {
 }
 
 impl<const WIDTH: usize> Chunk<WIDTH> {
-    fn place(&self, child: ChildRef) -> ChildRef {
-        if child.is_leaf() {
-            ChildRef::leaf(child.index() + self.first_leaf)
-        } else {
-            ChildRef::node(child.index() + self.first_node - self.roots)
-        }
-    }
-
     /// Makes `part` the node at `index`, except that the parts below of at most `grain`
     /// primitives that are to be nodes become `pending`. Returns the box, for what it is worth
     /// with pending parts.
@@ -202,20 +235,20 @@ impl<const WIDTH: usize> Chunk<WIDTH> {
         (part, index, depth): (Part, usize, usize),
         grain: usize,
         pending: &mut Vec<(Part, usize, usize)>,
-    ) -> Box8 {
+    ) -> Bounds3 {
         if part.count <= grain {
             pending.push((part, index, depth));
-            return Box8::EMPTY;
+            return Bounds3::EMPTY;
         }
         self.depth = self.depth.max(depth);
         let mut inner = [None; WIDTH];
         let mut slots = Slots::EMPTY;
         tree.children(part, &mut |child| {
-            let slot = &mut slots.slots[slots.count];
+            let slot = &mut slots.children[slots.count];
             if tree.is_leaf(child) {
                 let leaf = Leaf::of(child);
                 *slot =
-                    Slot { bounds: leaf.bounds(refs), place: ChildRef::leaf(self.leaves.len()) };
+                    Child { bounds: leaf.bounds(refs), place: ChildRef::leaf(self.leaves.len()) };
                 self.leaves.push(leaf);
             } else {
                 slot.place = ChildRef::node(self.nodes.len());
@@ -224,7 +257,7 @@ impl<const WIDTH: usize> Chunk<WIDTH> {
             }
             slots.count += 1;
         });
-        for (slot, child) in slots.slots.iter_mut().zip(inner) {
+        for (slot, child) in slots.children.iter_mut().zip(inner) {
             if let Some(child) = child {
                 let place = slot.place.index();
                 slot.bounds = self.cut(tree, refs, (child, place, depth + 1), grain, pending);
@@ -258,17 +291,17 @@ fn cut<const WIDTH: usize>(tree: &BinaryTree<WIDTH>, refs: &[PrimRef]) -> Vec<Ch
         first_leaf += chunk.leaves.len();
         // The root goes to its place among its siblings.
         let mut root = std::mem::replace(&mut chunk.nodes[0], Slots::EMPTY);
-        for slot in &mut root.slots {
-            slot.place = chunk.place(slot.place);
+        for child in &mut root.children[..root.count] {
+            child.place = place(child.place, chunk.first_node - 1, chunk.first_leaf);
         }
         top.nodes[index] = root;
     }
     // Parents lie before their children.
     for i in (0..top.nodes.len()).rev() {
         for k in 0..top.nodes[i].count {
-            let place = top.nodes[i].slots[k].place;
+            let place = top.nodes[i].children[k].place;
             if !place.is_leaf() && place.index() < top.nodes.len() {
-                top.nodes[i].slots[k].bounds = top.nodes[place.index()].bounds();
+                top.nodes[i].children[k].bounds = top.nodes[place.index()].bounds();
             }
         }
     }
