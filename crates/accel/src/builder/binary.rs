@@ -15,6 +15,9 @@ pub(crate) const MAX_DEPTH: usize = MAX_SAH_DEPTH + 32;
 /// From this many primitives on, the two sides are built in parallel.
 const PARALLEL: usize = 1 << 12;
 
+/// Half the surface area of a box, in squares of the longest edge of the box of all.
+const RARELY_MET: f32 = 1e-3;
+
 /// A binary tree over primitives `0..n`, of which each part is a range.
 ///
 /// A split lies between two neighbours, no two splits at the same place, so what is known of a
@@ -107,15 +110,17 @@ fn build_part<const WIDTH: usize>(
     let area = extent.bounds.half_area(costs.scale);
     let count = refs.len();
     let unsplit = || Built { costs: forest::leaf(area, costs), left_count: 0 };
-    if count == 1 {
+    // What one leaf can hold is worth a split only if two boxes are much smaller than one, which
+    // is rare; to look for it pays where many rays come by.
+    let fits = count <= costs.leaf_size;
+    if count == 1 || fits && area < RARELY_MET {
         return unsplit();
     }
     let split = if depth < MAX_SAH_DEPTH { find_split(refs, extent, costs) } else { None };
     let (left_count, [left, right]) = match split {
-        // Two leaves for one must at least be smaller.
-        Some(split) if count <= costs.leaf_size && split.areas() >= area => return unsplit(),
+        Some(split) if fits && split.areas() >= area => return unsplit(),
         Some(split) => (split.left_count, partition(refs, &split)),
-        None if count <= costs.leaf_size => return unsplit(),
+        None if fits => return unsplit(),
         None => halve(refs, extent),
     };
 

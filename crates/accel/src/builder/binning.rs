@@ -65,7 +65,7 @@ impl Split {
 struct BinMap {
     origin: [f32; 4],
     scale: [f32; 4],
-    last: f32,
+    last: u32,
     /// The class of the largest size that a primitive can have.
     largest: u32,
 }
@@ -75,10 +75,11 @@ impl BinMap {
         let centers = &extent.centers;
         let scale = std::array::from_fn(|i| {
             let extent = centers.extent(i);
-            let scale = bins as f32 / extent;
+            // A little less, so that the last centre does not come to lie behind the last bin.
+            let scale = bins as f32 * (1.0 - 1.0 / (1 << 20) as f32) / extent;
             if i < 3 && extent > 0.0 && scale.is_finite() { scale } else { 0.0 }
         });
-        let (origin, last) = (centers.lower(), (bins - 1) as f32);
+        let (origin, last) = (centers.lower(), bins as u32 - 1);
         BinMap { origin, scale, last, largest: size_class(&extent.bounds) }
     }
 
@@ -89,8 +90,6 @@ impl BinMap {
         // conversion, which has to saturate.
         const ROUND: f32 = 12_582_912.0;
         let x = (c - self.origin[axis]) * self.scale[axis] - 0.5;
-        let x = if x > 0.0 { x } else { 0.0 };
-        let x = if x < self.last { x } else { self.last };
         (x + ROUND).to_bits() & (MAX_BINS as u32 - 1)
     }
 
@@ -98,7 +97,7 @@ impl BinMap {
     #[inline(always)]
     fn size_bin(&self, r: &PrimRef) -> u32 {
         let smaller = self.largest.saturating_sub(size_class(r.box8()));
-        (self.last as u32).saturating_sub(smaller)
+        self.last.saturating_sub(smaller)
     }
 
     /// The bins along three axes, and for `AXES` = 4 that by size.
