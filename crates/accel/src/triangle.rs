@@ -262,25 +262,31 @@ impl Edges {
         let [az, bz, cz] = self.z;
         let t = b0.mul_add(az, b1.mul_add(bz, b2 * cz)) * ray.shear[2];
 
-        let [lo, hi] = [F32x8::min, F32x8::max]
-            .map(|pick| [0, 1, 2].map(|axis| pick(pick(row(0, axis), row(1, axis)), row(2, axis))));
+        let zero = F32x8::splat(0.0);
+        let (mut lo, mut hi) = ([zero; 3], [zero; 3]);
+        for axis in 0..3 {
+            let [a, b, c] = [row(0, axis), row(1, axis), row(2, axis)];
+            (lo[axis], hi[axis]) = (a.min(b).min(c), a.max(b).max(c));
+        }
         let margin = margins([hi[0] - lo[0], hi[1] - lo[1], hi[2] - lo[2]]);
-        // Of the box as it is, then as nodes have it.
-        let [(entry, exit), (early, late)] = [F32x8::splat(0.0), margin].map(|m| {
-            let (mut entry, mut exit) = (F32x8::splat(0.0), F32x8::splat(f32::INFINITY));
+        let through = |margin: F32x8| {
+            let (mut entry, mut exit) = (zero, F32x8::splat(f32::INFINITY));
             for axis in 0..3 {
-                let (lo, hi) = (lo[axis] - m, hi[axis] + m);
-                let near = |p: F32x8| p.mul_add(ray.inv_d[axis], ray.near_c[axis]);
-                let far = |p: F32x8| p.mul_add(ray.inv_d[axis], ray.far_c[axis]);
-                entry = entry.max(near(lo).min(near(hi)));
-                exit = exit.min(far(lo).max(far(hi)));
+                let (lo, hi) = (lo[axis] - margin, hi[axis] + margin);
+                let (inv_d, near_c, far_c) = (ray.inv_d[axis], ray.near_c[axis], ray.far_c[axis]);
+                let first = lo.mul_add(inv_d, near_c).min(hi.mul_add(inv_d, near_c));
+                let last = lo.mul_add(inv_d, far_c).max(hi.mul_add(inv_d, far_c));
+                (entry, exit) = (entry.max(first), exit.min(last));
             }
             (entry, exit)
-        });
+        };
+        // The box as it is, then as nodes have it.
+        let (entry, exit) = through(zero);
+        let (early, late) = through(margin);
         let t = t.min(exit).max(entry);
         let met = early.le(late * F32x8::splat(LATER));
         Hits {
-            lanes: self.inside & met & F32x8::splat(0.0).lt(t) & t.le(t_max),
+            lanes: self.inside & met & zero.lt(t) & t.le(t_max),
             t: t.to_array(),
             b: [b0.to_array(), b1.to_array(), b2.to_array()],
         }
