@@ -32,6 +32,7 @@
 mod box_bvh;
 mod builder;
 mod node;
+mod packet;
 mod ray;
 mod simd;
 mod stream;

@@ -97,13 +97,39 @@ impl Node {
         // min and max give their argument where they can't tell: 0 rather than -0, a NaN in t_max.
         let (mut entry, mut exit) = (F32x8::splat(0.0), t_max);
         for axis in 0..3 {
-            let upper_first = usize::from(negative[axis] & 1);
-            let near = F32x8::load(&self.planes[axis][upper_first]);
-            let far = F32x8::load(&self.planes[axis][upper_first ^ 1]);
+            let [near, far] = self.near_and_far(axis, negative);
             entry = near.mul_add(ray.inv_d[axis], ray.near_c[axis]).max(entry);
             exit = far.mul_add(ray.inv_d[axis], ray.far_c[axis]).min(exit);
         }
         (entry.le(exit * F32x8::splat(LATER)), entry)
+    }
+
+    /// Which rays may meet the box in `slot` before or at `t_max`, and where they enter it: bits and
+    /// lanes are rays. Each is answered as by [`intersect`](Self::intersect).
+    #[inline(always)]
+    pub(crate) fn intersect_child(
+        &self,
+        slot: usize,
+        rays: &RayLanes,
+        negative: [u8; 3],
+        t_max: F32x8,
+    ) -> (u32, F32x8) {
+        let (mut entry, mut exit) = (F32x8::splat(0.0), t_max);
+        for axis in 0..3 {
+            let upper_first = usize::from(negative[axis] & 1);
+            let near = F32x8::splat(self.planes[axis][upper_first][slot % WIDTH]);
+            let far = F32x8::splat(self.planes[axis][upper_first ^ 1][slot % WIDTH]);
+            entry = near.mul_add(rays.inv_d[axis], rays.near_c[axis]).max(entry);
+            exit = far.mul_add(rays.inv_d[axis], rays.far_c[axis]).min(exit);
+        }
+        (entry.le(exit * F32x8::splat(LATER)), entry)
+    }
+
+    /// Along an axis the planes that a ray meets first, and those that it meets last.
+    #[inline(always)]
+    pub(crate) fn near_and_far(&self, axis: usize, negative: [u8; 3]) -> [F32x8; 2] {
+        let upper_first = usize::from(negative[axis] & 1);
+        [upper_first, upper_first ^ 1].map(|side| F32x8::load(&self.planes[axis][side]))
     }
 }
 

@@ -36,9 +36,11 @@
 //! A direction component below 2⁻⁴⁰ of the longest is taken as that; the ray is then off by less
 //! than 2⁻³⁹ of the distance to the far end of the scene, for which `near_c` and `far_c` pay too.
 
+use std::array::from_fn;
+
 use kaustika_math::{Bounds3, Ray, Vec3};
 
-use crate::simd::F32x8;
+use crate::simd::{F32x8, LANES};
 
 /// Coordinates above this magnitude are treated as not finite.
 pub(crate) const MAX_COORDINATE: f32 = 1.152_921_5e18; // 2⁶⁰
@@ -132,9 +134,8 @@ impl PreparedRay {
                 slack[i] = 4.0 * far * inv_dz.abs();
             }
         }
-        let c: [f32; 3] = std::array::from_fn(|i| -o[i] * inv_d[i]);
-        let slack: [f32; 3] =
-            std::array::from_fn(|i| c[i].abs() * (1.0 / (1 << 22) as f32) + slack[i]);
+        let c: [f32; 3] = from_fn(|i| -o[i] * inv_d[i]);
+        let slack: [f32; 3] = from_fn(|i| c[i].abs() * (1.0 / (1 << 22) as f32) + slack[i]);
         let extent = bounds.min.abs().max(bounds.max.abs()).max_component().max(reach);
         let min_edge =
             if extent <= MAX_SINGLE_PRECISION { MIN_EDGE_FUNCTION } else { f32::INFINITY };
@@ -142,8 +143,8 @@ impl PreparedRay {
         let [kx, ky, kz] = axes.map(usize::from);
         Some(PreparedRay {
             inv_d,
-            near_c: std::array::from_fn(|i| c[i] - slack[i]),
-            far_c: std::array::from_fn(|i| c[i] + slack[i]),
+            near_c: from_fn(|i| c[i] - slack[i]),
+            far_c: from_fn(|i| c[i] + slack[i]),
             o: [o[kx], o[ky], o[kz]],
             shear: [d[kx] / d[kz], d[ky] / d[kz], inv_dz],
             min_edge,
@@ -177,6 +178,22 @@ pub(crate) struct RayLanes {
     pub(crate) o: [F32x8; 3],
     pub(crate) shear: [F32x8; 3],
     pub(crate) min_edge: F32x8,
+}
+
+impl RayLanes {
+    /// Each ray in its lane.
+    #[inline(always)]
+    pub(crate) fn of(rays: &[PreparedRay; LANES]) -> RayLanes {
+        let lanes = |value: &dyn Fn(&PreparedRay) -> f32| F32x8::load(&rays.each_ref().map(value));
+        RayLanes {
+            inv_d: from_fn(|i| lanes(&|r| r.inv_d[i])),
+            near_c: from_fn(|i| lanes(&|r| r.near_c[i])),
+            far_c: from_fn(|i| lanes(&|r| r.far_c[i])),
+            o: from_fn(|i| lanes(&|r| r.o[i])),
+            shear: from_fn(|i| lanes(&|r| r.shear[i])),
+            min_edge: lanes(&|r| r.min_edge),
+        }
+    }
 }
 
 /// The direction scaled by a power of two if its longest component is far from one, and what

@@ -110,12 +110,11 @@ impl Lists {
 /// `accept` and `done` are told the number of the segment; `done` hears of each once, in any order.
 pub(crate) fn trace<const STACK: usize, const ANY: bool>(
     tree: &Tree,
-    segments: impl ExactSizeIterator<Item = (usize, Segment)>,
+    mut segments: impl Iterator<Item = (usize, Segment)>,
     mut accept: impl FnMut(usize, &TriangleHit) -> bool,
     mut done: impl FnMut(usize, Option<TriangleHit>),
 ) {
     const { assert!(STACK % LANES == 0) };
-    let mut segments = segments;
     let mut flights: [Flight<STACK>; IN_FLIGHT] = std::array::from_fn(|_| Flight::EMPTY);
     let mut free: [u8; IN_FLIGHT] = std::array::from_fn(|i| i as u8);
     let mut free_count = IN_FLIGHT;

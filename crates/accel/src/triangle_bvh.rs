@@ -5,7 +5,9 @@ use rayon::prelude::*;
 
 use crate::builder::{BuildOptions, Costs, MAX_DEPTH, PrimRef, WideTree, unit_scale};
 use crate::node::{ChildRef, Node, TreeStats};
+use crate::packet::{self, Packet, PacketStack};
 use crate::ray::PreparedRay;
+use crate::simd::LANES;
 use crate::stream::{self, MAX_ITEMS, Segment, Tree, stream_stack_size};
 use crate::traverse::{self, LARGE_STACK, SMALL_STACK, stack_size};
 use crate::triangle::{BLOCK, TriangleBlock};
@@ -215,11 +217,10 @@ impl TriangleBvh {
             return;
         };
         let tree = Tree { nodes: &self.nodes, blocks: &self.blocks, root, bounds: &self.bounds };
-        let segments = segments.iter().copied().enumerate();
         if stream_stack_size(self.depth) <= SMALL {
-            stream::trace::<SMALL, ANY>(&tree, segments, accept, done);
+            trace::<SMALL, ANY>(&tree, segments, accept, done);
         } else {
-            stream::trace::<LARGE, ANY>(&tree, segments, accept, done);
+            trace::<LARGE, ANY>(&tree, segments, accept, done);
         }
     }
 
@@ -316,6 +317,35 @@ impl TriangleBvh {
             },
         )
     }
+}
+
+/// Groups of eight rays of nearly one way as packets, then all others.
+fn trace<const STACK: usize, const ANY: bool>(
+    tree: &Tree,
+    segments: &[Segment],
+    mut accept: impl FnMut(usize, &TriangleHit) -> bool,
+    mut done: impl FnMut(usize, Option<TriangleHit>),
+) {
+    let (groups, rest) = segments.as_chunks::<LANES>();
+    let mut stack = PacketStack::<STACK>::new();
+    let mut alone = Vec::with_capacity(groups.len());
+    for (i, group) in groups.iter().enumerate() {
+        let Some(packet) = Packet::new(group, tree.bounds) else {
+            alone.push(i);
+            continue;
+        };
+        let first = i * LANES;
+        let hits = packet::trace::<STACK, ANY>(tree, &packet, &mut stack, |lane, hit| {
+            accept(first + lane, hit)
+        });
+        for (lane, hit) in hits.into_iter().enumerate() {
+            done(first + lane, hit);
+        }
+    }
+    let groups = alone.into_iter().flat_map(|i| i * LANES..(i + 1) * LANES);
+    let rest = segments.len() - rest.len()..segments.len();
+    let left = groups.chain(rest).map(|i| (i, segments[i]));
+    stream::trace::<STACK, ANY>(tree, left, accept, done);
 }
 
 /// Whether the corners span a plane. In double precision, where the products of a thin triangle's

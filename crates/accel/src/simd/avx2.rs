@@ -77,6 +77,18 @@ impl F32x8 {
         F32x8(unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0) })
     }
 
+    /// With infinity in the lanes of `mask`.
+    #[inline(always)]
+    pub(crate) fn or_infinity(self, mask: u32) -> Self {
+        // SAFETY: AVX2 is enabled.
+        unsafe {
+            let bits = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+            let lanes = _mm256_and_si256(_mm256_set1_epi32(mask as i32), bits);
+            let lanes = _mm256_castsi256_ps(_mm256_cmpeq_epi32(lanes, bits));
+            F32x8(_mm256_blendv_ps(self.0, _mm256_set1_ps(f32::INFINITY), lanes))
+        }
+    }
+
     /// One bit a lane: `self <= o`.
     #[inline(always)]
     pub(crate) fn le(self, o: Self) -> u32 {

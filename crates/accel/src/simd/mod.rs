@@ -89,6 +89,8 @@ mod tests {
             check!("min", va.min(vb), pa.min(pb));
             check!("max", va.max(vb), pa.max(pb));
             check!("abs", va.abs(), pa.abs());
+            let mask = (mix_bits(seed) & 0xff) as u32;
+            check!("or_infinity", va.or_infinity(mask), pa.or_infinity(mask));
             check!("splat", avx2::F32x8::splat(a[3]), portable::F32x8::splat(a[3]));
             assert_eq!(va.le(vb), pa.le(pb), "{a:?} <= {b:?}");
             assert_eq!(va.lt(vb), pa.lt(pb), "{a:?} < {b:?}");
