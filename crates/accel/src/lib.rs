@@ -32,8 +32,10 @@
 mod box_bvh;
 mod builder;
 mod node;
+mod packet;
 mod ray;
 mod simd;
+mod stream;
 mod traverse;
 mod triangle;
 mod triangle_bvh;
@@ -44,4 +46,5 @@ mod tests;
 pub use box_bvh::BoxBvh;
 pub use builder::BuildOptions;
 pub use node::TreeStats;
+pub use stream::Segment;
 pub use triangle_bvh::{TriangleBvh, TriangleHit};

@@ -3,7 +3,7 @@
 use kaustika_math::{Bounds3, Vec3};
 
 use crate::builder::Child;
-use crate::ray::{PreparedRay, SLACK};
+use crate::ray::{LATER, RayLanes, widened};
 use crate::simd::{F32x8, LANES};
 
 /// Children of a node.
@@ -42,17 +42,14 @@ impl ChildRef {
 #[derive(Clone, Debug, PartialEq)]
 #[repr(C, align(64))]
 pub(crate) struct Node {
-    /// Row `2 * axis` holds the lower planes, the next one the upper.
-    planes: [[f32; WIDTH]; 6],
+    /// Of each axis the lower planes, then the upper.
+    planes: [[[f32; WIDTH]; 2]; 3],
     children: [ChildRef; WIDTH],
 }
 
 impl Node {
     pub(crate) const EMPTY: Node = Node {
-        planes: {
-            let (lo, hi) = ([f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]);
-            [lo, hi, lo, hi, lo, hi]
-        },
+        planes: [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3],
         children: [ChildRef(0); WIDTH],
     };
 
@@ -65,10 +62,12 @@ impl Node {
         node
     }
 
+    /// The box is stored [`widened`].
     pub(crate) fn set(&mut self, slot: usize, bounds: &Bounds3, child: ChildRef) {
+        let bounds = widened(bounds);
         for axis in 0..3 {
-            self.planes[2 * axis][slot] = bounds.min[axis];
-            self.planes[2 * axis + 1][slot] = bounds.max[axis];
+            self.planes[axis][0][slot] = bounds.min[axis];
+            self.planes[axis][1][slot] = bounds.max[axis];
         }
         self.children[slot] = child;
     }
@@ -77,7 +76,8 @@ impl Node {
     fn children(&self) -> impl Iterator<Item = (Bounds3, ChildRef)> {
         (0..WIDTH).filter_map(|slot| {
             let corner = |k: usize| {
-                Vec3::new(self.planes[k][slot], self.planes[2 + k][slot], self.planes[4 + k][slot])
+                let [x, y, z] = [0, 1, 2].map(|axis| self.planes[axis][k][slot]);
+                Vec3::new(x, y, z)
             };
             let bounds = Bounds3 { min: corner(0), max: corner(1) };
             (!bounds.is_empty()).then_some((bounds, self.children[slot]))
@@ -89,23 +89,57 @@ impl Node {
         self.children[slot % WIDTH]
     }
 
-    /// Which boxes the ray may meet before or at `t_max`, one bit each, and where it enters them.
-    /// Equation (1) of the module `ray`.
+    /// All slots, used or not.
     #[inline(always)]
-    pub(crate) fn intersect(&self, ray: &PreparedRay, t_max: F32x8) -> (u32, F32x8) {
-        let plane = |i: usize, upper: bool| {
-            F32x8::load(&self.planes[(2 * ray.axes[i] + usize::from(upper)).min(5)])
-        };
-        let near = |i: usize| plane(i, ray.negative[i]).mul_add(ray.inv_d[i], ray.near_c[i]);
-        let far = |i: usize| plane(i, !ray.negative[i]).mul_add(ray.inv_d[i], ray.far_c[i]);
-        let zero = F32x8::splat(0.0);
-        let near_z = near(2);
-        let entry = near(0).max(near(1)).max(near_z.max(zero));
-        let exit = far(0).min(far(1)).min(far(2).min(t_max));
-        let behind = near_z.min(zero);
-        let slack = F32x8::splat(SLACK);
-        let exit = behind.neg_mul_add(slack, exit.mul_add(slack, exit));
-        (entry.le(exit), entry)
+    pub(crate) fn refs(&self) -> &[ChildRef; WIDTH] {
+        &self.children
+    }
+
+    /// Which boxes the ray may meet before or at `t_max`, one bit each, and where it enters them.
+    /// Equation (1) of the module `ray`. No entry is -0, so that its bits sort.
+    #[inline(always)]
+    pub(crate) fn intersect(
+        &self,
+        ray: &RayLanes,
+        negative: [u8; 3],
+        t_max: F32x8,
+    ) -> (u32, F32x8) {
+        // min and max give their argument where they can't tell: 0 rather than -0, a NaN in t_max.
+        let (mut entry, mut exit) = (F32x8::splat(0.0), t_max);
+        for axis in 0..3 {
+            let [near, far] = self.near_and_far(axis, negative);
+            entry = near.mul_add(ray.inv_d[axis], ray.near_c[axis]).max(entry);
+            exit = far.mul_add(ray.inv_d[axis], ray.far_c[axis]).min(exit);
+        }
+        (entry.le(exit * F32x8::splat(LATER)), entry)
+    }
+
+    /// Which rays may meet the box in `slot` before or at `t_max`, and where they enter it: bits and
+    /// lanes are rays. Each is answered as by [`intersect`](Self::intersect).
+    #[inline(always)]
+    pub(crate) fn intersect_child(
+        &self,
+        slot: usize,
+        rays: &RayLanes,
+        negative: [u8; 3],
+        t_max: F32x8,
+    ) -> (u32, F32x8) {
+        let (mut entry, mut exit) = (F32x8::splat(0.0), t_max);
+        for axis in 0..3 {
+            let upper_first = usize::from(negative[axis] & 1);
+            let near = F32x8::splat(self.planes[axis][upper_first][slot % WIDTH]);
+            let far = F32x8::splat(self.planes[axis][upper_first ^ 1][slot % WIDTH]);
+            entry = near.mul_add(rays.inv_d[axis], rays.near_c[axis]).max(entry);
+            exit = far.mul_add(rays.inv_d[axis], rays.far_c[axis]).min(exit);
+        }
+        (entry.le(exit * F32x8::splat(LATER)), entry)
+    }
+
+    /// Along an axis the planes that a ray meets first, and those that it meets last.
+    #[inline(always)]
+    pub(crate) fn near_and_far(&self, axis: usize, negative: [u8; 3]) -> [F32x8; 2] {
+        let upper_first = usize::from(negative[axis] & 1);
+        [upper_first, upper_first ^ 1].map(|side| F32x8::load(&self.planes[axis][side]))
     }
 }
 

@@ -1,38 +1,53 @@
 //! A ray made ready for traversal, and why no box test loses a hit.
 //!
-//! Axes are permuted so that the last, `kz`, is where the direction is longest. u = 2⁻²⁴.
+//! z is the axis along which the direction is longest, x any of the two others; u = 2⁻²⁴.
 //!
 //! The triangle test shears a vertex `p` to `x = (p-o)ₓ - (dₓ/d_z)(p-o)_z` and takes the signs of
 //! its edge functions exactly, so it answers for a triangle whose corners are off by
-//! `u(2|p-o|ₓ + 3|dₓ/d_z||p-o|_z)` along x (and so along y) and not at all along z. Divided by
-//! `|dₓ|` and averaged with the barycentric weights at the hit `t`, with `z⁻` how far the triangle
-//! reaches behind the origin along z (in units of t): the slab's entry t₀ and exit t₁ obey
+//! `u(2|p-o|ₓ + 3|dₓ/d_z||p-o|_z)` along x and not at all along z. Divided by `|dₓ|` and averaged
+//! with the barycentric weights at the hit `t`, with `z⁻` how far the triangle reaches behind the
+//! origin along z (in units of t): the slab's entry t₀ and exit t₁ obey
 //!
 //! ```text
 //! t₀ (1 - 2u) ≤ t + 3u (t + 2z⁻),    t₁ (1 + 2u) ≥ t - 3u (t + 2z⁻)
 //! ```
 //!
-//! The slab distances themselves, `fma(plane, 1/d, -o/d)`, are off by 2u of their value, for which
-//! a factor pays, and by 2u|o/d|, for which the constants `near_c` and `far_c` pay. In all
+//! **z⁻** is paid for by the boxes: each is wider, at both ends of each axis, by 32u of its longest
+//! side ([`widened`]). That is 32u z⁻ or more in units of t, since no component of the direction
+//! is larger than that along z. So nothing has to be paid by the test of a node, and a tree that
+//! is large does not make its small boxes less tight.
+//!
+//! **Rounding.** Slab distances, `fma(plane, 1/d, -o/d)`, are off by 3u of their value (`1/d`, the
+//! sum, the widened plane), for which a factor pays, and by 3u|o/d| (`-o/d`, its change to `near_c`
+//! or `far_c`, the widened plane), for which these constants pay with 4u|o/d|. In all
 //!
 //! ```text
-//! max(0, t₀ of all slabs) ≤ (1 + 16u) min(t₁ of all slabs) + 16u z⁻               (1)
+//! max(0, t₀ of all slabs) ≤ (1 + 32u) min(t₁ of all slabs)                        (1)
 //! ```
 //!
-//! holds for the box of a triangle that the triangle test accepts. All roundings are monotone, and
-//! a larger box has earlier entries, later exits and a larger z⁻: (1) holds for every box above.
+//! holds for the widened box of a triangle that the triangle test accepts: either side is off by
+//! (2 + 3 + 3)u of t.
+//!
+//! **All boxes above** pass as well: a larger box is widened to one that is larger, has earlier
+//! entries and later exits, and all roundings on the way are monotone. For the same reason a ray
+//! enters no box above a triangle after it enters the triangle's own, to which `t` is clamped: a
+//! node that is culled by its entry holds no better hit.
 //!
 //! A direction component below 2⁻⁴⁰ of the longest is taken as that; the ray is then off by less
 //! than 2⁻³⁹ of the distance to the far end of the scene, for which `near_c` and `far_c` pay too.
 
+use std::array::from_fn;
+
 use kaustika_math::{Bounds3, Ray, Vec3};
 
-use crate::simd::F32x8;
+use crate::simd::{F32x8, LANES};
 
 /// Coordinates above this magnitude are treated as not finite.
 pub(crate) const MAX_COORDINATE: f32 = 1.152_921_5e18; // 2⁶⁰
-/// 16u of equation (1).
-pub(crate) const SLACK: f32 = 1.0 / (1 << 20) as f32;
+/// 32u of equation (1).
+const SLACK: f32 = 1.0 / (1 << 19) as f32;
+/// What exits are multiplied by before entries are held against them, for equation (1).
+pub(crate) const LATER: f32 = 1.0 + SLACK;
 /// Up to this magnitude of coordinates no product of the triangle test overflows.
 const MAX_SINGLE_PRECISION: f32 = 1.099_511_6e12; // 2⁴⁰
 /// An edge function above this is a difference of products that did not underflow.
@@ -40,71 +55,144 @@ const MIN_EDGE_FUNCTION: f32 = 1.262_177_4e-29; // 2⁻⁹⁶
 /// Least ratio of direction components, 2⁻⁴⁰.
 const MIN_SLOPE: f32 = 1.0 / (1u64 << 40) as f32;
 
-/// What box and triangle tests need of a ray, each number in all eight lanes.
+/// The box with which a tree replaces that of a triangle or of a node.
+pub(crate) fn widened(bounds: &Bounds3) -> Bounds3 {
+    let by = margin(bounds.max - bounds.min);
+    Bounds3 { min: bounds.min - Vec3::splat(by), max: bounds.max + Vec3::splat(by) }
+}
+
+/// How much wider a box of these sides is made.
+#[inline(always)]
+pub(crate) fn margin(sides: Vec3) -> f32 {
+    sides.max_component() * SLACK
+}
+
+/// As [`margin`], of eight boxes.
+#[inline(always)]
+pub(crate) fn margins([x, y, z]: [F32x8; 3]) -> F32x8 {
+    x.max(y).max(z) * F32x8::splat(SLACK)
+}
+
+/// What box and triangle tests need of a ray.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
 pub(crate) struct PreparedRay {
-    /// The axes (kx, ky, kz).
-    pub(crate) axes: [usize; 3],
-    /// Whether the direction is negative along each of `axes`.
-    pub(crate) negative: [bool; 3],
+    /// 1/d, bounded.
+    pub(crate) inv_d: [f32; 3],
+    /// -o/d, lowered so that entries come out early.
+    pub(crate) near_c: [f32; 3],
+    /// -o/d, raised so that exits come out late.
+    pub(crate) far_c: [f32; 3],
     /// The origin along `axes`.
-    pub(crate) o: [F32x8; 3],
+    pub(crate) o: [f32; 3],
     /// dₓ/d_z, d_y/d_z, 1/d_z.
-    pub(crate) shear: [F32x8; 3],
-    /// 1/d along `axes`, bounded.
-    pub(crate) inv_d: [F32x8; 3],
-    /// -o/d along `axes`, lowered so that entries come out early.
-    pub(crate) near_c: [F32x8; 3],
-    /// -o/d along `axes`, raised so that exits come out late.
-    pub(crate) far_c: [F32x8; 3],
+    pub(crate) shear: [f32; 3],
     /// Edge functions must exceed this to be trusted in single precision.
-    pub(crate) min_edge: F32x8,
+    pub(crate) min_edge: f32,
     /// Distances of the caller = `scale` × distances here; a power of two.
     pub(crate) scale: f32,
+    /// The axes in the order (x, y, z) of the triangle test: that of the longest component last.
+    pub(crate) axes: [u8; 3],
+    /// For each axis 1 where the direction is negative, so that upper planes are met first.
+    pub(crate) negative: [u8; 3],
 }
 
 impl PreparedRay {
+    /// In the place of a ray that is not there yet.
+    pub(crate) const NONE: PreparedRay = PreparedRay {
+        inv_d: [1.0; 3],
+        near_c: [0.0; 3],
+        far_c: [0.0; 3],
+        o: [0.0; 3],
+        shear: [1.0; 3],
+        min_edge: 0.0,
+        scale: 1.0,
+        axes: [0, 1, 2],
+        negative: [0; 3],
+    };
+
     /// `None` if the ray is no half-line: not finite, or without direction.
     #[inline(always)]
     pub(crate) fn new(ray: &Ray, bounds: &Bounds3) -> Option<PreparedRay> {
         let longest = ray.d.abs().max_axis();
         let (d, scale) = moderate(ray.d, ray.d[longest].abs())?;
-        let reach = ray.o.abs().max_component();
+        let o = ray.o;
+        let reach = o.abs().max_component();
         // A NaN in the origin must not pass: min and max may drop it.
-        if !(reach <= 16.0 * MAX_COORDINATE && ray.o.is_finite() && d.is_finite()) {
+        if !(reach <= 16.0 * MAX_COORDINATE && o.is_finite() && d.is_finite()) {
             return None;
         }
-        let axes = [[1, 2, 0], [2, 0, 1], [0, 1, 2]][longest];
-        let [kx, ky, kz] = axes;
-        let d = [d[kx], d[ky], d[kz]];
-        let o = [ray.o[kx], ray.o[ky], ray.o[kz]];
-        let inv_dz = 1.0 / d[2];
-        let least = d[2].abs() * MIN_SLOPE;
-        let mut inv_d = [1.0 / d[0], 1.0 / d[1], inv_dz];
+        let inv_dz = 1.0 / d[longest];
+        let least = d[longest].abs() * MIN_SLOPE;
+        let mut inv_d = [1.0 / d.x, 1.0 / d.y, 1.0 / d.z];
         let mut slack = [0.0; 3];
-        for i in 0..2 {
+        for i in 0..3 {
             if d[i].abs() < least {
                 inv_d[i] = (1.0 / least).copysign(d[i]);
-                let far = (bounds.min[kz] - o[2]).abs().max((bounds.max[kz] - o[2]).abs());
+                let (lo, hi) = (bounds.min[longest], bounds.max[longest]);
+                let far = (lo - o[longest]).abs().max((hi - o[longest]).abs());
                 slack[i] = 4.0 * far * inv_dz.abs();
             }
         }
-        let c: [f32; 3] = std::array::from_fn(|i| -o[i] * inv_d[i]);
-        let slack: [f32; 3] =
-            std::array::from_fn(|i| c[i].abs() * (1.0 / (1 << 22) as f32) + slack[i]);
+        let c: [f32; 3] = from_fn(|i| -o[i] * inv_d[i]);
+        let slack: [f32; 3] = from_fn(|i| c[i].abs() * (1.0 / (1 << 22) as f32) + slack[i]);
         let extent = bounds.min.abs().max(bounds.max.abs()).max_component().max(reach);
         let min_edge =
             if extent <= MAX_SINGLE_PRECISION { MIN_EDGE_FUNCTION } else { f32::INFINITY };
+        let axes: [u8; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]][longest];
+        let [kx, ky, kz] = axes.map(usize::from);
         Some(PreparedRay {
-            axes,
-            negative: inv_d.map(|v| v.is_sign_negative()),
-            o: o.map(F32x8::splat),
-            shear: [d[0] / d[2], d[1] / d[2], inv_dz].map(F32x8::splat),
-            inv_d: inv_d.map(F32x8::splat),
-            near_c: std::array::from_fn(|i| F32x8::splat(c[i] - slack[i])),
-            far_c: std::array::from_fn(|i| F32x8::splat(c[i] + slack[i])),
-            min_edge: F32x8::splat(min_edge),
+            inv_d,
+            near_c: from_fn(|i| c[i] - slack[i]),
+            far_c: from_fn(|i| c[i] + slack[i]),
+            o: [o[kx], o[ky], o[kz]],
+            shear: [d[kx] / d[kz], d[ky] / d[kz], inv_dz],
+            min_edge,
             scale,
+            axes,
+            negative: inv_d.map(|v| u8::from(v.is_sign_negative())),
         })
+    }
+
+    /// This ray in all lanes.
+    #[inline(always)]
+    pub(crate) fn lanes(&self) -> RayLanes {
+        RayLanes {
+            inv_d: self.inv_d.map(F32x8::splat),
+            near_c: self.near_c.map(F32x8::splat),
+            far_c: self.far_c.map(F32x8::splat),
+            o: self.o.map(F32x8::splat),
+            shear: self.shear.map(F32x8::splat),
+            min_edge: F32x8::splat(self.min_edge),
+        }
+    }
+}
+
+/// The numbers of [`PreparedRay`] lane by lane: of one ray, or of eight that share `axes` and
+/// `negative`.
+#[derive(Clone, Copy)]
+pub(crate) struct RayLanes {
+    pub(crate) inv_d: [F32x8; 3],
+    pub(crate) near_c: [F32x8; 3],
+    pub(crate) far_c: [F32x8; 3],
+    pub(crate) o: [F32x8; 3],
+    pub(crate) shear: [F32x8; 3],
+    pub(crate) min_edge: F32x8,
+}
+
+impl RayLanes {
+    /// Each ray in its lane.
+    #[inline(always)]
+    pub(crate) fn of(rays: &[PreparedRay; LANES]) -> RayLanes {
+        let lanes = |value: &dyn Fn(&PreparedRay) -> f32| F32x8::load(&rays.each_ref().map(value));
+        RayLanes {
+            inv_d: from_fn(|i| lanes(&|r| r.inv_d[i])),
+            near_c: from_fn(|i| lanes(&|r| r.near_c[i])),
+            far_c: from_fn(|i| lanes(&|r| r.far_c[i])),
+            o: from_fn(|i| lanes(&|r| r.o[i])),
+            shear: from_fn(|i| lanes(&|r| r.shear[i])),
+            min_edge: lanes(&|r| r.min_edge),
+        }
     }
 }
 

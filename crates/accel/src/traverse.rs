@@ -31,10 +31,11 @@ pub(crate) fn closest<const STACK: usize>(
     let mut size = 0;
     let mut nearest = t_max;
     let mut current = root;
+    let lanes = ray.lanes();
     loop {
         'descend: while !current.is_leaf() {
             let node = &nodes[current.index()];
-            let (mut hits, entry) = node.intersect(ray, F32x8::splat(nearest));
+            let (mut hits, entry) = node.intersect(&lanes, ray.negative, F32x8::splat(nearest));
             if hits == 0 {
                 break 'descend;
             }
@@ -114,6 +115,7 @@ pub(crate) fn any<const STACK: usize>(
     let mut size = 0;
     let t_max = F32x8::splat(t_max);
     let mut current = root;
+    let lanes = ray.lanes();
     loop {
         if current.is_leaf() {
             if leaf(current.index()) {
@@ -121,7 +123,7 @@ pub(crate) fn any<const STACK: usize>(
             }
         } else {
             let node = &nodes[current.index()];
-            let (mut hits, _) = node.intersect(ray, t_max);
+            let (mut hits, _) = node.intersect(&lanes, ray.negative, t_max);
             while hits != 0 {
                 let child = node.child(hits.trailing_zeros() as usize);
                 prefetch(child);

@@ -20,8 +20,13 @@
 //! At last `t` is clamped to where the ray is inside the triangle's own box. This takes away the
 //! error of (2) where triangles lie along an axis plane, and it makes sure that `t` is not before
 //! the entry into any box of the tree.
+//!
+//! Lanes are eight triangles and one ray, or one triangle and eight rays: the operations are the
+//! same, and so are the bits.
 
-use crate::ray::{PreparedRay, SLACK};
+use kaustika_math::Vec3;
+
+use crate::ray::{LATER, PreparedRay, RayLanes, margin, margins};
 use crate::simd::{F32x8, LANES};
 
 /// Triangles in a block.
@@ -34,8 +39,8 @@ const NO_TRIANGLE: u32 = u32::MAX;
 #[derive(Clone, Debug, PartialEq)]
 #[repr(C, align(64))]
 pub(crate) struct TriangleBlock {
-    /// Row `3 * corner + axis`.
-    rows: [[f32; BLOCK]; 9],
+    /// Of each corner its coordinates, of all triangles.
+    rows: [[[f32; BLOCK]; 3]; 3],
     prims: [u32; BLOCK],
 }
 
@@ -46,23 +51,39 @@ pub(crate) struct LaneHit {
     pub(crate) b: [f32; 3],
 }
 
-/// The lanes that a ray hits.
-pub(crate) struct BlockHits {
+/// The lanes that are hit.
+pub(crate) struct Hits {
     /// One bit a lane.
     pub(crate) lanes: u32,
-    t: [f32; BLOCK],
-    b: [[f32; BLOCK]; 3],
+    t: [f32; LANES],
+    b: [[f32; LANES]; 3],
 }
 
-impl BlockHits {
+impl Hits {
     #[inline(always)]
     pub(crate) fn t(&self, lane: usize) -> f32 {
-        self.t[lane % BLOCK]
+        self.t[lane % LANES]
     }
 
     #[inline(always)]
     pub(crate) fn b(&self, lane: usize) -> [f32; 3] {
-        [self.b[0][lane % BLOCK], self.b[1][lane % BLOCK], self.b[2][lane % BLOCK]]
+        [self.b[0][lane % LANES], self.b[1][lane % LANES], self.b[2][lane % LANES]]
+    }
+
+    /// Takes the first lane that is left.
+    #[inline(always)]
+    pub(crate) fn pop(&mut self) -> Option<usize> {
+        let lane = self.lanes.trailing_zeros() as usize;
+        self.lanes &= self.lanes.wrapping_sub(1);
+        (lane < LANES).then_some(lane)
+    }
+
+    fn set(&mut self, lane: usize, hit: &LaneHit) {
+        self.lanes |= 1 << lane;
+        self.t[lane] = hit.t;
+        for (b, v) in self.b.iter_mut().zip(hit.b) {
+            b[lane] = v;
+        }
     }
 }
 
@@ -72,47 +93,153 @@ impl TriangleBlock {
         triangles: impl ExactSizeIterator<Item = (u32, [[f32; 3]; 3])>,
     ) -> TriangleBlock {
         let count = triangles.len();
-        let mut block = TriangleBlock { rows: [[0.0; BLOCK]; 9], prims: [NO_TRIANGLE; BLOCK] };
+        let mut block = TriangleBlock { rows: [[[0.0; BLOCK]; 3]; 3], prims: [NO_TRIANGLE; BLOCK] };
         for (lane, (prim, corners)) in triangles.enumerate() {
             block.prims[lane] = prim;
-            for (row, v) in block.rows.iter_mut().zip(corners.as_flattened()) {
+            let rows = block.rows.as_flattened_mut();
+            for (row, v) in rows.iter_mut().zip(corners.as_flattened()) {
                 row[lane] = *v;
             }
         }
         // Copies of a triangle in the lanes left over never need double precision for themselves.
-        for row in &mut block.rows {
+        for row in block.rows.as_flattened_mut() {
             let first = row[0];
             row[count..].fill(first);
         }
         block
     }
 
+    /// The number of the triangle in a lane.
     #[inline(always)]
-    pub(crate) fn prim(&self, lane: usize) -> u32 {
-        self.prims[lane % BLOCK]
+    pub(crate) fn prim(&self, lane: usize) -> Option<u32> {
+        let prim = self.prims[lane % BLOCK];
+        (prim != NO_TRIANGLE).then_some(prim)
     }
 
-    /// Triangles in this block.
+    /// Triangles in this block; they are in its first lanes.
+    #[inline(always)]
     pub(crate) fn count(&self) -> usize {
-        self.prims.iter().filter(|&&p| p != NO_TRIANGLE).count()
+        (0..BLOCK).map(|lane| usize::from(self.prims[lane] != NO_TRIANGLE)).sum()
     }
 
     /// The corners of a lane.
     fn corners(&self, lane: usize) -> [[f32; 3]; 3] {
-        let [a, b, c] = [0, 3, 6].map(|r| [r, r + 1, r + 2].map(|r| self.rows[r][lane % BLOCK]));
-        [a, b, c]
+        self.rows.map(|corner| corner.map(|row| row[lane % BLOCK]))
     }
 
-    /// The lanes hit at `0 < t`, with `t <= t_max`: whether equality counts is for the caller.
+    /// Whether the ray, or its line, may hit anything: false only if not, true seldom without need.
     #[inline(always)]
-    pub(crate) fn intersect(&self, ray: &PreparedRay, t_max: f32) -> Option<BlockHits> {
+    pub(crate) fn may_intersect(&self, ray: &RayLanes, axes: [u8; 3]) -> bool {
+        let edges = Edges::new(|corner, axis| self.row(corner, axis), axes, ray);
+        edges.inside | edges.doubtful != 0
+    }
+
+    /// The triangles hit at `0 < t`, with `t <= t_max`: whether equality counts is for the caller.
+    /// Lanes without triangle may be among them, after all others.
+    #[inline(always)]
+    pub(crate) fn intersect(
+        &self,
+        prepared: &PreparedRay,
+        ray: &RayLanes,
+        t_max: f32,
+    ) -> Option<Hits> {
+        let row = |corner, axis| self.row(corner, axis);
+        let edges = Edges::new(row, prepared.axes, ray);
+        if edges.inside | edges.doubtful == 0 {
+            return None;
+        }
+        let mut hits = edges.hits(row, ray, F32x8::splat(t_max));
+        if edges.doubtful != 0 {
+            self.doubtful_triangles(prepared, t_max, edges.doubtful, &mut hits);
+        }
+        Some(hits)
+    }
+
+    /// The rays that hit triangle `lane` at `0 < t`, with `t <= t_max`. `ray` holds the same rays.
+    #[inline(always)]
+    pub(crate) fn intersect_one(
+        &self,
+        lane: usize,
+        prepared: &[PreparedRay; LANES],
+        ray: &RayLanes,
+        active: u32,
+        t_max: F32x8,
+    ) -> Option<Hits> {
         let row =
-            |corner: usize, i: usize| F32x8::load(&self.rows[(3 * corner + ray.axes[i]).min(8)]);
-        let [sx, sy, sz] = ray.shear;
+            |corner: usize, axis: usize| F32x8::splat(self.rows[corner][axis.min(2)][lane % BLOCK]);
+        let edges = Edges::new(row, prepared[0].axes, ray);
+        if (edges.inside | edges.doubtful) & active == 0 {
+            return None;
+        }
+        let mut hits = edges.hits(row, ray, t_max);
+        hits.lanes &= active;
+        if edges.doubtful & active != 0 {
+            let doubtful = edges.doubtful & active;
+            doubtful_rays(&self.corners(lane), prepared, t_max, doubtful, &mut hits);
+        }
+        Some(hits)
+    }
+
+    #[inline(always)]
+    fn row(&self, corner: usize, axis: usize) -> F32x8 {
+        F32x8::load(&self.rows[corner][axis.min(2)])
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn doubtful_triangles(&self, ray: &PreparedRay, t_max: f32, doubtful: u32, hits: &mut Hits) {
+        for lane in (0..BLOCK).filter(|lane| doubtful >> lane & 1 != 0) {
+            if self.prims[lane] != NO_TRIANGLE
+                && let Some(hit) = intersect_in_double(&self.corners(lane), ray)
+                && hit.t <= t_max
+            {
+                hits.set(lane, &hit);
+            }
+        }
+    }
+}
+
+#[cold]
+#[inline(never)]
+fn doubtful_rays(
+    corners: &[[f32; 3]; 3],
+    rays: &[PreparedRay; LANES],
+    t_max: F32x8,
+    doubtful: u32,
+    hits: &mut Hits,
+) {
+    let t_max = t_max.to_array();
+    for lane in (0..LANES).filter(|lane| doubtful >> lane & 1 != 0) {
+        if let Some(hit) = intersect_in_double(corners, &rays[lane])
+            && hit.t <= t_max[lane]
+        {
+            hits.set(lane, &hit);
+        }
+    }
+}
+
+/// Equation (1), and what it says of each lane.
+struct Edges {
+    uvw: [F32x8; 3],
+    /// Of the corners, relative to the origin.
+    z: [F32x8; 3],
+    /// The signs agree, and can be trusted.
+    inside: u32,
+    /// The signs can't be trusted.
+    doubtful: u32,
+}
+
+impl Edges {
+    /// `row(corner, axis)` has the coordinates of the lanes.
+    #[inline(always)]
+    fn new(row: impl Fn(usize, usize) -> F32x8, axes: [u8; 3], ray: &RayLanes) -> Edges {
+        let [kx, ky, kz] = axes.map(usize::from);
+        let [ox, oy, oz] = ray.o;
+        let [sx, sy, _] = ray.shear;
         let sheared = |corner| {
-            let z = row(corner, 2) - ray.o[2];
-            let x = sx.neg_mul_add(z, row(corner, 0) - ray.o[0]);
-            let y = sy.neg_mul_add(z, row(corner, 1) - ray.o[1]);
+            let z = row(corner, kz) - oz;
+            let x = sx.neg_mul_add(z, row(corner, kx) - ox);
+            let y = sy.neg_mul_add(z, row(corner, ky) - oy);
             (x, y, z)
         };
         let (ax, ay, az) = sheared(0);
@@ -122,62 +249,47 @@ impl TriangleBlock {
         let v = difference(ax, cy, ay, cx);
         let w = difference(bx, ay, by, ax);
         let trusted = ray.min_edge.le(u.abs().min(v.abs()).min(w.abs()));
-        let inside = !u.differing_signs(v, w);
-        let candidates = (inside | !trusted) & 0xff;
-        if candidates == 0 {
-            return None;
-        }
+        let inside = !u.differing_signs(v, w) & trusted;
+        Edges { uvw: [u, v, w], z: [az, bz, cz], inside, doubtful: !trusted & 0xff }
+    }
 
+    /// Equation (2), within the triangle's box, of the lanes inside.
+    #[inline(always)]
+    fn hits(&self, row: impl Fn(usize, usize) -> F32x8, ray: &RayLanes, t_max: F32x8) -> Hits {
+        let [u, v, w] = self.uvw;
         let inv_det = F32x8::splat(1.0) / (u + v + w);
         let (b0, b1, b2) = (u * inv_det, v * inv_det, w * inv_det);
-        let t = b0.mul_add(az, b1.mul_add(bz, b2 * cz)) * sz;
+        let [az, bz, cz] = self.z;
+        let t = b0.mul_add(az, b1.mul_add(bz, b2 * cz)) * ray.shear[2];
 
-        // The box of each triangle, exactly as a node would test it.
-        let slab = |i: usize| {
-            let [a, b, c] = [row(0, i), row(1, i), row(2, i)];
-            let near = |p: F32x8| p.mul_add(ray.inv_d[i], ray.near_c[i]);
-            let far = |p: F32x8| p.mul_add(ray.inv_d[i], ray.far_c[i]);
-            (near(a).min(near(b)).min(near(c)), far(a).max(far(b)).max(far(c)))
-        };
-        let ((x0, x1), (y0, y1), (z0, z1)) = (slab(0), slab(1), slab(2));
         let zero = F32x8::splat(0.0);
-        let entry = x0.max(y0).max(z0.max(zero));
-        let exit = x1.min(y1).min(z1);
-        let slack = F32x8::splat(SLACK);
-        let late = z0.min(zero).neg_mul_add(slack, exit.mul_add(slack, exit));
-        let t = t.min(exit).max(entry);
-
-        let limit = F32x8::splat(t_max);
-        let mut lanes = candidates & trusted & entry.le(late) & zero.lt(t) & t.le(limit);
-        let mut hits =
-            BlockHits { lanes, t: t.to_array(), b: [b0.to_array(), b1.to_array(), b2.to_array()] };
-        let mut doubtful = candidates & !trusted;
-        if doubtful != 0 {
-            while doubtful != 0 {
-                let lane = doubtful.trailing_zeros() as usize;
-                doubtful &= doubtful - 1;
-                if self.prims[lane] == NO_TRIANGLE {
-                    continue;
-                }
-                if let Some(hit) = intersect_in_double(&self.corners(lane), ray)
-                    && hit.t <= t_max
-                {
-                    lanes |= 1 << lane;
-                    hits.t[lane] = hit.t;
-                    for (b, v) in hits.b.iter_mut().zip(hit.b) {
-                        b[lane] = v;
-                    }
-                }
+        let (mut lo, mut hi) = ([zero; 3], [zero; 3]);
+        for axis in 0..3 {
+            let [a, b, c] = [row(0, axis), row(1, axis), row(2, axis)];
+            (lo[axis], hi[axis]) = (a.min(b).min(c), a.max(b).max(c));
+        }
+        let margin = margins([hi[0] - lo[0], hi[1] - lo[1], hi[2] - lo[2]]);
+        let through = |margin: F32x8| {
+            let (mut entry, mut exit) = (zero, F32x8::splat(f32::INFINITY));
+            for axis in 0..3 {
+                let (lo, hi) = (lo[axis] - margin, hi[axis] + margin);
+                let (inv_d, near_c, far_c) = (ray.inv_d[axis], ray.near_c[axis], ray.far_c[axis]);
+                let first = lo.mul_add(inv_d, near_c).min(hi.mul_add(inv_d, near_c));
+                let last = lo.mul_add(inv_d, far_c).max(hi.mul_add(inv_d, far_c));
+                (entry, exit) = (entry.max(first), exit.min(last));
             }
+            (entry, exit)
+        };
+        // The box as it is, then as nodes have it.
+        let (entry, exit) = through(zero);
+        let (early, late) = through(margin);
+        let t = t.min(exit).max(entry);
+        let met = early.le(late * F32x8::splat(LATER));
+        Hits {
+            lanes: self.inside & met & zero.lt(t) & t.le(t_max),
+            t: t.to_array(),
+            b: [b0.to_array(), b1.to_array(), b2.to_array()],
         }
-        // Lanes left over repeat the first triangle.
-        if lanes & !1 != 0 {
-            let empty =
-                (0..BLOCK).fold(0, |m, i| m | (u32::from(self.prims[i] == NO_TRIANGLE) << i));
-            lanes &= !empty;
-        }
-        hits.lanes = lanes;
-        (lanes != 0).then_some(hits)
     }
 }
 
@@ -195,9 +307,8 @@ fn difference(a: F32x8, b: F32x8, c: F32x8, d: F32x8) -> F32x8 {
 /// same for the neighbours of this triangle.
 #[cold]
 fn intersect_in_double(corners: &[[f32; 3]; 3], ray: &PreparedRay) -> Option<LaneHit> {
-    let first = |v: F32x8| v.to_array()[0];
-    let [kx, ky, kz] = ray.axes;
-    let ([ox, oy, oz], [sx, sy, sz]) = (ray.o.map(first), ray.shear.map(first));
+    let [kx, ky, kz] = ray.axes.map(usize::from);
+    let ([ox, oy, oz], [sx, sy, sz]) = (ray.o, ray.shear);
     let [a, b, c] = corners.map(|p| {
         let z = p[kz] - oz;
         [(-sx).mul_add(z, p[kx] - ox), (-sy).mul_add(z, p[ky] - oy), z].map(f64::from)
@@ -214,37 +325,36 @@ fn intersect_in_double(corners: &[[f32; 3]; 3], ray: &PreparedRay) -> Option<Lan
     }
     let b64 = [u / det, v / det, w / det];
     let t = (b64[0] * a[2] + b64[1] * b[2] + b64[2] * c[2]) * f64::from(sz);
-    let (entry, exit, late) = own_box(corners, ray);
+    let (entry, exit, met) = own_box(corners, ray);
     let t = (t as f32).min(exit).max(entry);
-    (entry <= late && t > 0.0).then_some(LaneHit { t, b: b64.map(|v| v as f32) })
+    (met && t > 0.0).then_some(LaneHit { t, b: b64.map(|v| v as f32) })
 }
 
-/// Entry into the box of a triangle, exit from it, and the exit with the slack of the box test.
-fn own_box(corners: &[[f32; 3]; 3], ray: &PreparedRay) -> (f32, f32, f32) {
-    let first = |v: F32x8| v.to_array()[0];
-    let (mut entry, mut exit, mut behind) = (0f32, f32::INFINITY, 0f32);
-    for i in 0..3 {
-        let inv_d = first(ray.inv_d[i]);
-        let p = corners.map(|p| p[ray.axes[i]]);
-        let near = p.map(|p| p.mul_add(inv_d, first(ray.near_c[i])));
-        let far = p.map(|p| p.mul_add(inv_d, first(ray.far_c[i])));
-        let near = near[0].min(near[1]).min(near[2]);
-        entry = entry.max(near);
-        exit = exit.min(far[0].max(far[1]).max(far[2]));
-        if i == 2 {
-            behind = near.min(0.0);
+/// Entry into the box of a triangle, exit from it, and whether the ray meets it as nodes have it.
+fn own_box(corners: &[[f32; 3]; 3], ray: &PreparedRay) -> (f32, f32, bool) {
+    let [lo, hi] = [f32::min, f32::max]
+        .map(|pick| [0, 1, 2].map(|i| pick(pick(corners[0][i], corners[1][i]), corners[2][i])));
+    let margin = margin(Vec3::new(hi[0] - lo[0], hi[1] - lo[1], hi[2] - lo[2]));
+    let [(entry, exit), (early, late)] = [0.0, margin].map(|m| {
+        let (mut entry, mut exit) = (0f32, f32::INFINITY);
+        for i in 0..3 {
+            let (lo, hi) = (lo[i] - m, hi[i] + m);
+            let (first, last) = if ray.negative[i] != 0 { (hi, lo) } else { (lo, hi) };
+            entry = entry.max(first.mul_add(ray.inv_d[i], ray.near_c[i]));
+            exit = exit.min(last.mul_add(ray.inv_d[i], ray.far_c[i]));
         }
-    }
-    (entry, exit, (-behind).mul_add(SLACK, exit.mul_add(SLACK, exit)))
+        (entry, exit)
+    });
+    (entry, exit, early <= late * LATER)
 }
 
-/// The scalar twin of [`TriangleBlock::intersect`]: the same operations on one triangle.
+/// The scalar twin of [`TriangleBlock::intersect`]: the same operations on one triangle and one
+/// ray.
 #[cfg(test)]
 pub(crate) fn intersect_one(corners: &[[f32; 3]; 3], ray: &PreparedRay) -> Option<LaneHit> {
     use kaustika_math::diff_of_products;
-    let first = |v: F32x8| v.to_array()[0];
-    let [kx, ky, kz] = ray.axes;
-    let ([ox, oy, oz], [sx, sy, sz]) = (ray.o.map(first), ray.shear.map(first));
+    let [kx, ky, kz] = ray.axes.map(usize::from);
+    let ([ox, oy, oz], [sx, sy, sz]) = (ray.o, ray.shear);
     let [a, b, c] = corners.map(|p| {
         let z = p[kz] - oz;
         [(-sx).mul_add(z, p[kx] - ox), (-sy).mul_add(z, p[ky] - oy), z]
@@ -252,7 +362,7 @@ pub(crate) fn intersect_one(corners: &[[f32; 3]; 3], ray: &PreparedRay) -> Optio
     let u = diff_of_products(c[0], b[1], c[1], b[0]);
     let v = diff_of_products(a[0], c[1], a[1], c[0]);
     let w = diff_of_products(b[0], a[1], b[1], a[0]);
-    let least = first(ray.min_edge);
+    let least = ray.min_edge;
     if ![u, v, w].iter().all(|e| e.abs() >= least) {
         return intersect_in_double(corners, ray);
     }
@@ -262,7 +372,7 @@ pub(crate) fn intersect_one(corners: &[[f32; 3]; 3], ray: &PreparedRay) -> Optio
     let inv_det = 1.0 / (u + v + w);
     let bary = [u * inv_det, v * inv_det, w * inv_det];
     let t = bary[0].mul_add(a[2], bary[1].mul_add(b[2], bary[2] * c[2])) * sz;
-    let (entry, exit, late) = own_box(corners, ray);
+    let (entry, exit, met) = own_box(corners, ray);
     let t = t.min(exit).max(entry);
-    (entry <= late && t > 0.0).then_some(LaneHit { t, b: bary })
+    (met && t > 0.0).then_some(LaneHit { t, b: bary })
 }

@@ -31,6 +31,11 @@ impl F32x8 {
         a
     }
 
+    #[inline(always)]
+    pub(super) fn register(self) -> __m256 {
+        self.0
+    }
+
     /// `self * b + c`, rounded once.
     #[inline(always)]
     pub(crate) fn mul_add(self, b: Self, c: Self) -> Self {
@@ -72,6 +77,18 @@ impl F32x8 {
         F32x8(unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0) })
     }
 
+    /// With infinity in the lanes of `mask`.
+    #[inline(always)]
+    pub(crate) fn or_infinity(self, mask: u32) -> Self {
+        // SAFETY: AVX2 is enabled.
+        unsafe {
+            let bits = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+            let lanes = _mm256_and_si256(_mm256_set1_epi32(mask as i32), bits);
+            let lanes = _mm256_castsi256_ps(_mm256_cmpeq_epi32(lanes, bits));
+            F32x8(_mm256_blendv_ps(self.0, _mm256_set1_ps(f32::INFINITY), lanes))
+        }
+    }
+
     /// One bit a lane: `self <= o`.
     #[inline(always)]
     pub(crate) fn le(self, o: Self) -> u32 {
@@ -103,6 +120,20 @@ impl F32x8 {
 pub(crate) fn prefetch<T>(slice: &[T], index: usize) {
     let start = slice.as_ptr().wrapping_add(index).cast::<i8>();
     for line in 0..size_of::<T>() / 64 {
+        // SAFETY: SSE is enabled; a prefetch of any address is a hint and never faults.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(start.wrapping_add(64 * line)) };
+    }
+}
+
+/// Asks for the cache lines of an element of `a`, or of `b` if `second`, without a branch; elements
+/// of `a` have four lines, those of `b` five.
+#[inline(always)]
+pub(crate) fn prefetch_either<A, B>(a: &[A], b: &[B], second: bool, index: usize) {
+    const { assert!(size_of::<A>() == 4 * 64 && size_of::<B>() == 5 * 64) };
+    let [a, b] = [a.as_ptr().wrapping_add(index).cast(), b.as_ptr().wrapping_add(index).cast()];
+    let start: *const i8 = if second { b } else { a };
+    let last = 3 + usize::from(second);
+    for line in [0, 1, 2, 3, last] {
         // SAFETY: SSE is enabled; a prefetch of any address is a hint and never faults.
         unsafe { _mm_prefetch::<_MM_HINT_T0>(start.wrapping_add(64 * line)) };
     }

@@ -1,6 +1,6 @@
-//! Eight `f32` in a register.
+//! Eight `f32` in a register, and what is done with traversal stacks by eight entries at a time.
 //!
-//! Two implementations of one type: `avx2` where the build may use AVX2 and FMA, `portable`
+//! Two implementations of each: `avx2` where the build may use AVX2 and FMA, `portable`
 //! everywhere else. They agree bit for bit (a test below compares them), so images do not depend
 //! on the instruction set. Fused multiply-add is always fused: the triangle test relies on it.
 
@@ -11,22 +11,38 @@ mod avx2;
     not(all(target_arch = "x86_64", target_feature = "avx2", target_feature = "fma"))
 ))]
 mod portable;
+#[cfg(all(target_arch = "x86_64", target_feature = "avx2", target_feature = "fma"))]
+mod stack_avx2;
+#[cfg(any(
+    test,
+    not(all(target_arch = "x86_64", target_feature = "avx2", target_feature = "fma"))
+))]
+mod stack_portable;
 
 #[cfg(all(target_arch = "x86_64", target_feature = "avx2", target_feature = "fma"))]
-pub(crate) use avx2::{F32x8, prefetch};
+pub(crate) use avx2::{F32x8, prefetch, prefetch_either};
 #[cfg(not(all(target_arch = "x86_64", target_feature = "avx2", target_feature = "fma")))]
 pub(crate) use portable::F32x8;
+#[cfg(all(target_arch = "x86_64", target_feature = "avx2", target_feature = "fma"))]
+pub(crate) use stack_avx2::{keep_below, push_hits, push_sorted};
+#[cfg(not(all(target_arch = "x86_64", target_feature = "avx2", target_feature = "fma")))]
+pub(crate) use stack_portable::{keep_below, push_hits, push_sorted};
 
 /// A hint that this target does not take.
 #[cfg(not(all(target_arch = "x86_64", target_feature = "avx2", target_feature = "fma")))]
 pub(crate) fn prefetch<T>(_slice: &[T], _index: usize) {}
+
+/// A hint that this target does not take.
+#[cfg(not(all(target_arch = "x86_64", target_feature = "avx2", target_feature = "fma")))]
+pub(crate) fn prefetch_either<A, B>(_a: &[A], _b: &[B], _second: bool, _index: usize) {}
 
 /// Lanes of a vector.
 pub(crate) const LANES: usize = 8;
 
 #[cfg(all(test, target_arch = "x86_64", target_feature = "avx2", target_feature = "fma"))]
 mod tests {
-    use super::{LANES, avx2, portable};
+    use super::{LANES, avx2, portable, stack_avx2, stack_portable};
+    use crate::node::ChildRef;
     use kaustika_math::mix_bits;
 
     /// Random bit patterns: all exponents, NaNs, infinities, denormals and both zeros.
@@ -73,6 +89,8 @@ mod tests {
             check!("min", va.min(vb), pa.min(pb));
             check!("max", va.max(vb), pa.max(pb));
             check!("abs", va.abs(), pa.abs());
+            let mask = (mix_bits(seed) & 0xff) as u32;
+            check!("or_infinity", va.or_infinity(mask), pa.or_infinity(mask));
             check!("splat", avx2::F32x8::splat(a[3]), portable::F32x8::splat(a[3]));
             assert_eq!(va.le(vb), pa.le(pb), "{a:?} <= {b:?}");
             assert_eq!(va.lt(vb), pa.lt(pb), "{a:?} < {b:?}");
@@ -80,6 +98,44 @@ mod tests {
             let (v, p) = (avx2::F32x8::load(&ordered), portable::F32x8::load(&ordered));
             // The sign of a NaN made by an operation is not defined; those the tests make are.
             assert_eq!(v.differing_signs(v, va.abs()), p.differing_signs(p, pa.abs()));
+        }
+    }
+
+    #[test]
+    fn both_implementations_of_stacks_agree() {
+        const SIZE: usize = 40;
+        for seed in 0..20_000 {
+            let bits = |i: usize| mix_bits(seed * 64 + i as u64 + 1);
+            let mask = (bits(0) & 0xff) as u32;
+            // Small numbers, so that some are equal but for their last three bits.
+            let entry: [f32; LANES] =
+                std::array::from_fn(|i| f32::from_bits((bits(i + 1) % 100) as u32));
+            let entry = if seed % 2 == 0 { entry } else { pattern(seed).map(f32::abs) };
+            let children = std::array::from_fn(|i| ChildRef(bits(i + 9) as u32));
+            let count = mask.count_ones() as usize;
+            let (mut keys, mut refs) = ([[0; LANES]; 2], [[ChildRef(0); LANES]; 2]);
+            let (v, p) = (avx2::F32x8::load(&entry), portable::F32x8::load(&entry));
+            stack_avx2::push_sorted(mask, v, &children, &mut keys[0], &mut refs[0]);
+            stack_portable::push_sorted(mask, p, &children, &mut keys[1], &mut refs[1]);
+            assert_eq!(keys[0][..count], keys[1][..count], "{mask:#b} {entry:?}");
+            assert_eq!(refs[0][..count], refs[1][..count], "{mask:#b} {entry:?}");
+            assert!(keys[0][..count].is_sorted_by(|a, b| a >= b), "{mask:#b} {entry:?}");
+
+            stack_avx2::push_hits(mask, &children, &mut refs[0]);
+            stack_portable::push_hits(mask, &children, &mut refs[1]);
+            assert_eq!(refs[0][..count], refs[1][..count], "{mask:#b}");
+
+            let mut keys = [std::array::from_fn::<_, SIZE, _>(|i| bits(i) as u32 >> 3); 2];
+            let mut refs = [std::array::from_fn(|i| ChildRef(i as u32)); 2];
+            let size = (bits(50) % (SIZE as u64 + 1)) as usize;
+            let limit = bits(51) as u32 >> 3;
+            let kept = [
+                stack_avx2::keep_below(&mut keys[0], &mut refs[0], size, limit),
+                stack_portable::keep_below(&mut keys[1], &mut refs[1], size, limit),
+            ];
+            assert_eq!(kept[0], kept[1], "{limit} of {size}");
+            assert_eq!(keys[0][..kept[0]], keys[1][..kept[0]], "{limit} of {size}");
+            assert_eq!(refs[0][..kept[0]], refs[1][..kept[0]], "{limit} of {size}");
         }
     }
 }

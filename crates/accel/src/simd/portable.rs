@@ -65,6 +65,12 @@ impl F32x8 {
         F32x8(self.0.map(f32::abs))
     }
 
+    /// With infinity in the lanes of `mask`.
+    #[inline(always)]
+    pub(crate) fn or_infinity(self, mask: u32) -> Self {
+        F32x8(from_fn(|i| if mask >> i & 1 != 0 { f32::INFINITY } else { self.0[i] }))
+    }
+
     /// One bit a lane: `self <= o`.
     #[inline(always)]
     pub(crate) fn le(self, o: Self) -> u32 {

@@ -1,5 +1,6 @@
 //! Whole trees against brute force, oracles and closed meshes.
 
+mod batches;
 mod boxes;
 mod brute_force;
 mod build;
