@@ -7,7 +7,8 @@
 
 use crate::shape::{Quadric, QuadricHit, TriangleStore};
 use crate::surface::Surface;
-use kaustika_accel::{BoxBvh, TriangleBvh, TriangleHit};
+use crate::batch::RayBatch;
+use kaustika_accel::{BoxBvh, Segment, TriangleBvh, TriangleHit};
 use kaustika_math::{Bounds3, Ray, Transform, Vec3};
 
 /// Surfaces that are placed together.
@@ -87,37 +88,93 @@ impl Geometry {
     /// The first surface along the ray with t in (0, t_max) that `accept` takes.
     #[inline]
     pub fn intersect(&self, ray: &Ray, t_max: f32, accept: impl Accept) -> Option<Hit> {
-        let mut best = self.groups[0].intersect(self, ray, t_max, &accept);
-        if !self.instances.is_empty() {
-            let limit = best.map_or(t_max, |h| h.t);
-            let nearest = self.instance_bvh.intersect(ray, limit, |i, t_max| {
-                let instance = &self.instances[i as usize];
-                let local = instance.from_world.ray(ray);
-                let hit =
-                    self.groups[instance.group as usize].intersect(self, &local, t_max, &accept)?;
-                Some((hit.t, hit))
+        let best = self.groups[0].intersect(self, ray, t_max, &accept);
+        self.with_instances(best, ray, t_max, &accept)
+    }
+
+    /// As [`Geometry::intersect`] for many rays; `batch.hits` tells what each met.
+    pub fn intersect_all(&self, segments: &[Segment], batch: &mut RayBatch, accept: impl Accept) {
+        batch.for_hits(segments);
+        let world = &self.groups[0];
+        if self.has_holes {
+            world.triangles.intersect_all_filtered(segments, &mut batch.triangles, |i, h| {
+                accept(&world.triangle(h), &segments[i].ray)
             });
-            if let Some((_, i, hit)) = nearest {
-                best = Some(Hit { instance: Some(i), ..hit });
-            }
+        } else {
+            world.triangles.intersect_all(segments, &mut batch.triangles);
         }
-        best
+        let hits = batch.triangles.iter().zip(segments).map(|(hit, s)| {
+            let best = hit.map(|h| world.hit(&h));
+            let best = world.with_quadrics(best, self, &s.ray, s.t_max, &accept);
+            self.with_instances(best, &s.ray, s.t_max, &accept)
+        });
+        batch.hits.extend(hits);
+    }
+
+    /// The nearer of `best` and what instances have.
+    #[inline]
+    fn with_instances(
+        &self,
+        best: Option<Hit>,
+        ray: &Ray,
+        t_max: f32,
+        accept: &impl Accept,
+    ) -> Option<Hit> {
+        if self.instances.is_empty() {
+            return best;
+        }
+        let limit = best.map_or(t_max, |h| h.t);
+        let nearest = self.instance_bvh.intersect(ray, limit, |i, t_max| {
+            let instance = &self.instances[i as usize];
+            let local = instance.from_world.ray(ray);
+            let hit =
+                self.groups[instance.group as usize].intersect(self, &local, t_max, accept)?;
+            Some((hit.t, hit))
+        });
+        nearest.map_or(best, |(_, i, hit)| Some(Hit { instance: Some(i), ..hit }))
     }
 
     /// True if `accept` takes any surface along the ray with t in (0, t_max).
     #[inline]
     pub fn occluded(&self, ray: &Ray, t_max: f32, accept: impl Accept) -> bool {
-        self.groups[0].occluded(self, ray, t_max, &accept)
-            || (!self.instances.is_empty()
-                && self.instance_bvh.any(ray, t_max, |i, t_max| {
-                    let instance = &self.instances[i as usize];
-                    let local = instance.from_world.ray(ray);
-                    self.groups[instance.group as usize].occluded(self, &local, t_max, &accept)
-                }))
+        let world = &self.groups[0];
+        world.occluded_by_triangles(self, ray, t_max, &accept)
+            || world.occluded_by_quadrics(self, ray, t_max, &accept)
+            || self.occluded_by_instances(ray, t_max, &accept)
+    }
+
+    /// As [`Geometry::occluded`] for many rays, into `batch.occluded`.
+    pub fn occluded_all(&self, segments: &[Segment], batch: &mut RayBatch, accept: impl Accept) {
+        batch.for_occlusion(segments);
+        let world = &self.groups[0];
+        if self.has_holes {
+            world.triangles.occluded_all_filtered(segments, &mut batch.occluded, |i, h| {
+                accept(&world.triangle(h), &segments[i].ray)
+            });
+        } else {
+            world.triangles.occluded_all(segments, &mut batch.occluded);
+        }
+        for (occluded, s) in batch.occluded.iter_mut().zip(segments) {
+            *occluded = *occluded
+                || world.occluded_by_quadrics(self, &s.ray, s.t_max, &accept)
+                || self.occluded_by_instances(&s.ray, s.t_max, &accept);
+        }
+    }
+
+    #[inline]
+    fn occluded_by_instances(&self, ray: &Ray, t_max: f32, accept: &impl Accept) -> bool {
+        !self.instances.is_empty()
+            && self.instance_bvh.any(ray, t_max, |i, t_max| {
+                let instance = &self.instances[i as usize];
+                let local = instance.from_world.ray(ray);
+                let group = &self.groups[instance.group as usize];
+                group.occluded_by_triangles(self, &local, t_max, accept)
+                    || group.occluded_by_quadrics(self, &local, t_max, accept)
+            })
     }
 
     /// The surface at a hit.
-    #[inline]
+    #[inline(always)]
     pub fn surface(&self, hit: &Hit, ray: &Ray) -> Surface {
         let mut surface = match &hit.primitive {
             Primitive::Triangle(i, b) => self.triangles.surface(*i, *b, hit.t, ray.time),
@@ -143,6 +200,13 @@ impl Geometry {
             Some(i) => (i.to_world.vector(dpdu), i.to_world.vector(dpdv)),
             None => (dpdu, dpdv),
         }
+    }
+
+    /// True if the world's triangles are more than fit a core's caches, so that rays wait for
+    /// memory.
+    pub fn outgrows_caches(&self) -> bool {
+        const SECOND_LEVEL: usize = 1 << 20;
+        self.groups[0].triangles.memory_bytes() > SECOND_LEVEL
     }
 
     /// Bytes held by the hierarchies.
@@ -174,7 +238,25 @@ impl Group {
         } else {
             self.triangles.intersect(ray, t_max)
         };
-        let mut best = hit.map(|h| Hit { t: h.t, primitive: self.triangle(&h), instance: None });
+        let best = hit.map(|h| self.hit(&h));
+        self.with_quadrics(best, all, ray, t_max, accept)
+    }
+
+    #[inline]
+    fn hit(&self, h: &TriangleHit) -> Hit {
+        Hit { t: h.t, primitive: self.triangle(h), instance: None }
+    }
+
+    /// The nearer of `best` and what analytic shapes have.
+    #[inline]
+    fn with_quadrics(
+        &self,
+        best: Option<Hit>,
+        all: &Geometry,
+        ray: &Ray,
+        t_max: f32,
+        accept: &impl Accept,
+    ) -> Option<Hit> {
         if self.quadric_count == 0 {
             return best;
         }
@@ -185,27 +267,39 @@ impl Group {
             let primitive = Primitive::Quadric(index, hit);
             (!all.has_holes || accept(&primitive, ray)).then_some((hit.t, primitive))
         });
-        if let Some((t, _, primitive)) = nearest {
-            best = Some(Hit { t, primitive, instance: None });
-        }
-        best
+        nearest.map_or(best, |(t, _, primitive)| Some(Hit { t, primitive, instance: None }))
     }
 
     #[inline]
-    fn occluded(&self, all: &Geometry, ray: &Ray, t_max: f32, accept: &impl Accept) -> bool {
-        let by_triangle = if all.has_holes {
+    fn occluded_by_triangles(
+        &self,
+        all: &Geometry,
+        ray: &Ray,
+        t_max: f32,
+        accept: &impl Accept,
+    ) -> bool {
+        if all.has_holes {
             self.triangles.occluded_filtered(ray, t_max, |h| accept(&self.triangle(h), ray))
         } else {
             self.triangles.occluded(ray, t_max)
-        };
-        by_triangle
-            || (self.quadric_count > 0
-                && self.quadrics.any(ray, t_max, |i, t_max| {
-                    let index = self.first_quadric + i;
-                    all.quadrics[index as usize].intersect(ray, t_max).is_some_and(|hit| {
-                        !all.has_holes || accept(&Primitive::Quadric(index, hit), ray)
-                    })
-                }))
+        }
+    }
+
+    #[inline]
+    fn occluded_by_quadrics(
+        &self,
+        all: &Geometry,
+        ray: &Ray,
+        t_max: f32,
+        accept: &impl Accept,
+    ) -> bool {
+        self.quadric_count > 0
+            && self.quadrics.any(ray, t_max, |i, t_max| {
+                let index = self.first_quadric + i;
+                all.quadrics[index as usize].intersect(ray, t_max).is_some_and(|hit| {
+                    !all.has_holes || accept(&Primitive::Quadric(index, hit), ray)
+                })
+            })
     }
 }
 

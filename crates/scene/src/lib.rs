@@ -4,6 +4,7 @@
 //! immutable [`Scene`] that methods ask: what does this ray meet, how does it scatter there,
 //! which light, from where.
 
+mod batch;
 pub mod bsdf;
 mod build;
 mod camera;
@@ -18,10 +19,12 @@ mod surface;
 mod tessellate;
 mod texture;
 
+pub use batch::RayBatch;
 pub use build::SceneOptions;
 pub use camera::{Camera, CameraConnection, CameraRay};
 pub use error::BuildError;
 pub use geometry::{Geometry, Hit, Primitive};
+pub use kaustika_accel::Segment;
 pub use light::{
     AreaLight, AreaShape, EmittedRay, Light, LightSample, LightSelection, LightSelectionKind,
 };

@@ -1,5 +1,6 @@
 //! The scene: immutable once built, shared by all threads; answers every question a method has.
 
+use crate::batch::RayBatch;
 use crate::bsdf::Bsdf;
 use crate::camera::Camera;
 use crate::description::{MaterialId, SourceFormat, TextureId};
@@ -8,6 +9,7 @@ use crate::light::{Light, LightSample, LightSelection};
 use crate::material::Materials;
 use crate::surface::{LightId, Surface};
 use crate::texture::{TexturePoint, Textures};
+use kaustika_accel::Segment;
 use kaustika_math::ray::offset_origin;
 use kaustika_math::{Ray, Vec3};
 use kaustika_spectra::{ColorMode, Spectrum, Wavelengths};
@@ -71,21 +73,45 @@ impl Scene {
         self.geometry.intersect(ray, t_max, |p, ray| !self.is_hole(p, ray))
     }
 
+    /// As [`Scene::hit`] for many rays; `batch.hits` tells what each met.
+    pub fn hit_all(&self, segments: &[Segment], batch: &mut RayBatch) {
+        self.geometry.intersect_all(segments, batch, |p, ray| !self.is_hole(p, ray));
+    }
+
+    /// Whether anything stands in the way of each ray, in `batch.occluded`.
+    pub fn occluded_all(&self, segments: &[Segment], batch: &mut RayBatch) {
+        self.geometry.occluded_all(segments, batch, |p, ray| self.is_opaque(p, ray));
+    }
+
+    /// The ray that finds whether the surface `s` sees the point of the light sample.
+    #[inline]
+    pub fn shadow_ray(&self, s: &Surface, l: &LightSample) -> Segment {
+        let target = offset_origin(l.p, l.p_error, l.n, s.p - l.p);
+        Segment { ray: s.spawn_to(target), t_max: 1.0 }
+    }
+
     /// True if nothing stands between the surface `s` and the point of the light sample.
     #[inline]
     pub fn unoccluded(&self, s: &Surface, l: &LightSample) -> bool {
-        let target = offset_origin(l.p, l.p_error, l.n, s.p - l.p);
-        self.unoccluded_to(s, target)
+        !self.occluded(&self.shadow_ray(s, l))
+    }
+
+    /// Whether anything stands in the way of a ray.
+    #[inline]
+    pub fn occluded(&self, s: &Segment) -> bool {
+        self.geometry.occluded(&s.ray, s.t_max, |p, ray| self.is_opaque(p, ray))
     }
 
     /// True if nothing stands between the surface `s` and the point `target`.
     #[inline]
     pub fn unoccluded_to(&self, s: &Surface, target: Vec3) -> bool {
-        let ray = s.spawn_to(target);
-        let opaque = |p: &Primitive, ray: &Ray| {
-            !self.shapes[p.shape(&self.geometry) as usize].interface && !self.is_hole(p, ray)
-        };
-        !self.geometry.occluded(&ray, 1.0, opaque)
+        !self.occluded(&Segment { ray: s.spawn_to(target), t_max: 1.0 })
+    }
+
+    /// True if light does not pass.
+    #[inline]
+    fn is_opaque(&self, p: &Primitive, ray: &Ray) -> bool {
+        !self.shapes[p.shape(&self.geometry) as usize].interface && !self.is_hole(p, ray)
     }
 
     /// Decides whether a cut-out lets the ray pass here: repeatable for the same ray and place.

@@ -3,7 +3,7 @@
 use kaustika_film::accumulate::Layers;
 use kaustika_film::{FilterDesc, FilterSampler};
 use kaustika_math::Vec2;
-use kaustika_sampling::{Sampler, SamplerConfig, SamplerPlan};
+use kaustika_sampling::{SamplerConfig, SamplerPlan};
 use kaustika_spectra::Sensor;
 
 /// The picture being rendered.
@@ -58,8 +58,8 @@ impl Frame {
 
     /// The position of a pixel's sample, by importance sampling of the filter.
     #[inline]
-    pub fn film_sample(&self, pixel: [u32; 2], sampler: &mut Sampler) -> FilmSample {
-        let s = self.filter.sample(sampler.get_pixel_2d());
+    pub fn film_sample(&self, pixel: [u32; 2], u: Vec2) -> FilmSample {
+        let s = self.filter.sample(u);
         let center = Vec2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5);
         FilmSample { film: center + s.offset, weight: s.weight }
     }

@@ -12,14 +12,15 @@
 //! rays, Dirac lobes, delta lights.
 
 use super::params::PathParams;
+use super::walk::{Previous, Walk};
 use crate::frame::Frame;
 use crate::method::PassStats;
 use crate::roulette::{Roulette, WalkState};
 use kaustika_film::accumulate::PixelRecord;
 use kaustika_math::{Ray, Vec2, Vec3};
-use kaustika_sampling::{MisHeuristic, Sampler};
+use kaustika_sampling::MisHeuristic;
 use kaustika_scene::bsdf::{Bsdf, Lobes, Mode};
-use kaustika_scene::{CameraRay, LightId, Scene, Surface};
+use kaustika_scene::{Hit, LightId, Scene, Segment, Surface};
 use kaustika_spectra::{ColorMode, Spectrum, Wavelengths};
 
 /// Passages through interfaces a path may make before it is given up.
@@ -37,23 +38,23 @@ pub struct Integrator<'a> {
     hide_emitters: bool,
 }
 
-/// What one path found.
+/// A ray to a point of a light, and what the point adds to the path if nothing is in the way.
 #[derive(Clone, Copy, Debug)]
-pub struct PathSample {
-    /// Radiance estimate at the path's wavelengths.
-    pub radiance: Spectrum,
-    /// The wavelengths, the secondary ones ended if the path was dispersed.
-    pub lambda: Wavelengths,
+pub(super) struct LightRay {
+    pub(super) segment: Segment,
+    pub(super) radiance: Spectrum,
 }
 
-/// The previous vertex, as the next emitter hit needs it for its weight.
-struct Previous {
-    p: Vec3,
-    n: Vec3,
-    /// Density per solid angle of the direction taken.
-    pdf_w: f32,
-    /// True if only BSDF sampling could have taken it.
-    delta: bool,
+/// What a path found at one of its vertices.
+pub(super) struct Vertex {
+    /// The light's term of (1), if it is not seen yet to be nothing.
+    pub(super) light: Option<LightRay>,
+    /// False if the path ends here.
+    pub(super) goes_on: bool,
+}
+
+impl Vertex {
+    const END: Vertex = Vertex { light: None, goes_on: false };
 }
 
 impl<'a> Integrator<'a> {
@@ -73,134 +74,142 @@ impl<'a> Integrator<'a> {
         }
     }
 
-    /// One sample of one pixel.
-    pub fn pixel(
-        &self,
-        pixel: [u32; 2],
-        index: u64,
-        features: bool,
-        stats: &mut PassStats,
-    ) -> PixelRecord {
-        let mut sampler = self.frame.sampler.start(pixel, index);
-        let film = self.frame.film_sample(pixel, &mut sampler);
-        let lens = sampler.get_2d();
-        let time = sampler.get_1d();
-        let u_lambda = sampler.get_1d();
-        let lambda = match self.scene.mode {
-            ColorMode::Rgb => Wavelengths::rgb(),
-            ColorMode::Spectral => Wavelengths::sample(u_lambda),
-        };
-        let ray = self.scene.camera.sample_we(film.film, lens, time);
-        let mut record = PixelRecord { weight: film.weight, ..PixelRecord::default() };
-        let wanted = features.then_some(&mut record);
-        let sample = self.li(&ray, lambda, &mut sampler, wanted, stats);
-        let rgb = self.frame.sensor.rgb(sample.radiance, &sample.lambda);
-        if rgb.iter().all(|v| v.is_finite()) {
-            record.rgb = self.frame.clamp(rgb);
-        } else {
-            stats.bad_samples += 1;
-        }
-        record
+    /// What is rendered.
+    pub(super) fn scene(&self) -> &'a Scene {
+        self.scene
     }
 
-    /// Radiance along a camera ray; fills `record` with the features of the first surface.
-    pub fn li(
+    /// Into what.
+    pub(super) fn frame(&self) -> &'a Frame {
+        self.frame
+    }
+
+    /// The path of one sample of one pixel, as far as the camera.
+    #[inline]
+    pub(super) fn start(&self, pixel: [u32; 2], index: u64) -> Walk<'a> {
+        let mut sampler = self.frame.sampler.start(pixel, index);
+        let u = sampler.get_vertex();
+        let film = self.frame.film_sample(pixel, Vec2::new(u[0], u[1]));
+        let lambda = match self.scene.mode {
+            ColorMode::Rgb => Wavelengths::rgb(),
+            ColorMode::Spectral => Wavelengths::sample(u[5]),
+        };
+        let camera = self.scene.camera.sample_we(film.film, Vec2::new(u[2], u[3]), u[4]);
+        Walk {
+            segment: Segment { ray: camera.ray, t_max: camera.t_max },
+            radiance: Spectrum::ZERO,
+            beta: Spectrum::ONE,
+            eta_scale: 1.0,
+            depth: 0,
+            passages: 0,
+            footprint: camera.width * self.scene.footprint_scale,
+            spread: camera.spread * self.scene.footprint_scale,
+            previous: Previous { p: camera.ray.o, n: Vec3::ZERO, pdf_w: 1.0, delta: true },
+            lambda,
+            sampler,
+            film_weight: film.weight,
+        }
+    }
+
+    /// What the film gets of a path that has ended. Bad numbers count as black.
+    pub(super) fn rgb(&self, walk: &Walk, stats: &mut PassStats) -> [f32; 3] {
+        let rgb = self.frame.sensor.rgb(walk.radiance, &walk.lambda);
+        if rgb.iter().all(|v| v.is_finite()) {
+            self.frame.clamp(rgb)
+        } else {
+            stats.bad_samples += 1;
+            [0.0; 3]
+        }
+    }
+
+    /// Takes a path on from what its ray met to its next ray. `bsdf` is room to work in;
+    /// `record` gets the features of the first surface.
+    #[inline(always)]
+    pub(super) fn vertex(
         &self,
-        camera: &CameraRay,
-        mut lambda: Wavelengths,
-        sampler: &mut Sampler,
-        mut record: Option<&mut PixelRecord>,
+        walk: &mut Walk,
+        hit: Option<&Hit>,
+        bsdf: &mut Bsdf<'a>,
+        record: Option<&mut PixelRecord>,
         stats: &mut PassStats,
-    ) -> PathSample {
+    ) -> Vertex {
         let scene = self.scene;
-        let mut ray = camera.ray;
-        let mut t_max = camera.t_max;
-        let mut radiance = Spectrum::ZERO;
-        let mut beta = Spectrum::ONE;
-        let mut eta_scale = 1.0;
-        let mut depth = 0;
-        let mut passages = 0;
-        let mut footprint = camera.width * scene.footprint_scale;
-        let mut bsdf = Bsdf::default();
-        let mut previous = Previous { p: ray.o, n: Vec3::ZERO, pdf_w: 1.0, delta: true };
+        let ray = walk.segment.ray;
+        let wo = -ray.d;
+        stats.closest_rays += 1;
 
-        loop {
-            // Find the next path vertex.
-            stats.closest_rays += 1;
-            let hit = scene.hit(&ray, t_max);
-            t_max = f32::INFINITY;
-            let wo = -ray.d;
+        // Add what it emits toward the path: the BSDF's term of (1).
+        let shown = self.counts(walk.depth) && !(walk.depth == 0 && self.hide_emitters);
+        let Some(hit) = hit else {
+            if shown {
+                walk.radiance += walk.beta * self.escaped(&ray, &walk.previous, &walk.lambda);
+            }
+            return Vertex::END;
+        };
+        let mut surface = scene.geometry.surface(hit, &ray);
+        if let (true, Some(id)) = (shown, surface.light) {
+            walk.radiance +=
+                walk.beta * self.emitted(id, &surface, &ray, &walk.previous, &walk.lambda);
+        }
+        walk.footprint += walk.spread * surface.t;
+        surface.footprint = walk.footprint;
 
-            // Add what it emits toward the path: the BSDF's term of (1).
-            let shown = self.counts(depth) && !(depth == 0 && self.hide_emitters);
-            let Some(hit) = &hit else {
-                if shown {
-                    radiance += beta * self.escaped(&ray, &previous, &lambda);
-                }
-                break;
-            };
-            let mut surface = scene.geometry.surface(hit, &ray);
-            if let (true, Some(id)) = (shown, surface.light) {
-                radiance += beta * self.emitted(id, &surface, &ray, &previous, &lambda);
-            }
-            footprint += camera.spread * scene.footprint_scale * surface.t;
-            surface.footprint = footprint;
+        // What is there?
+        if !scene.bsdf_into(&surface, wo, &mut walk.lambda, bsdf) {
+            walk.passages += 1;
+            walk.segment = Segment { ray: surface.spawn(ray.d), t_max: f32::INFINITY };
+            return Vertex { light: None, goes_on: walk.passages <= MAX_PASSAGES };
+        }
+        if let (Some(record), 0) = (record, walk.depth) {
+            describe(scene, &surface, bsdf, wo, &walk.lambda, record);
+        }
+        if walk.depth >= self.max_depth {
+            return Vertex::END;
+        }
 
-            // What is there?
-            if !scene.bsdf_into(&surface, wo, &mut lambda, &mut bsdf) {
-                passages += 1;
-                if passages > MAX_PASSAGES {
-                    break;
-                }
-                ray = surface.spawn(ray.d);
-                continue;
-            }
-            if let Some(record) = record.take() {
-                describe(scene, &surface, &bsdf, wo, &lambda, record);
-            }
-            if depth >= self.max_depth {
-                break;
-            }
+        // Every vertex draws as many numbers, so that those of one kind stay together.
+        let u = walk.sampler.get_vertex();
+        let (u2_light, u2) = (Vec2::new(u[0], u[1]), Vec2::new(u[2], u[3]));
+        let [u_light, uc, u_survive] = [u[4], u[5], u[6]];
 
-            // Every vertex draws as many numbers, so that those of one kind stay together.
-            let u = sampler.get_vertex();
-            let (u2_light, u2) = (Vec2::new(u[0], u[1]), Vec2::new(u[2], u[3]));
-            let [u_light, uc, u_survive] = [u[4], u[5], u[6]];
-
-            // Sample a light: its term of (1).
-            if self.counts(depth + 1) && bsdf.lobes().has(Lobes::SMOOTH) {
-                let direct = self.direct(&surface, &bsdf, wo, u_light, u2_light, &lambda, stats);
-                radiance += beta * direct;
-            }
-
-            // Sample the BSDF for the next direction.
-            let Some(s) = bsdf.sample(wo, uc, u2, Mode::Radiance, Lobes::ALL) else { break };
-            beta *= s.weight; // (2)
-            eta_scale *= s.eta * s.eta;
-            depth += 1;
-            if beta.is_black() {
-                break;
-            }
-            let delta = s.lobe.has(Lobes::DELTA);
-            if !s.lobe.has(Lobes::NULL) {
-                previous = Previous { p: surface.p, n: surface.ng, pdf_w: s.pdf, delta };
-            } else {
-                // Nothing was there: the light could not be sampled through it either.
-                previous.delta = true;
-            }
-            ray = surface.spawn(s.wi);
-
-            // Russian roulette.
-            let state = WalkState { beta, eta_scale, weight: s.weight, depth };
-            let q = self.roulette.q(&state);
-            if q < 1.0 {
-                if u_survive >= q {
-                    break;
-                }
-                beta /= q; // (4)
+        // Sample a light: its term of (1).
+        let mut light = None;
+        if self.counts(walk.depth + 1) && bsdf.lobes().has(Lobes::SMOOTH) {
+            light = self.direct(&surface, bsdf, wo, u_light, u2_light, &walk.lambda);
+            if let Some(l) = &mut light {
+                l.radiance *= walk.beta;
+                stats.shadow_rays += 1;
             }
         }
-        PathSample { radiance, lambda }
+
+        // Sample the BSDF for the next direction.
+        let end = Vertex { light, goes_on: false };
+        let Some(s) = bsdf.sample(wo, uc, u2, Mode::Radiance, Lobes::ALL) else { return end };
+        walk.beta *= s.weight; // (2)
+        walk.eta_scale *= s.eta * s.eta;
+        walk.depth += 1;
+        if walk.beta.is_black() {
+            return end;
+        }
+        let delta = s.lobe.has(Lobes::DELTA);
+        if !s.lobe.has(Lobes::NULL) {
+            walk.previous = Previous { p: surface.p, n: surface.ng, pdf_w: s.pdf, delta };
+        } else {
+            // Nothing was there: the light could not be sampled through it either.
+            walk.previous.delta = true;
+        }
+        walk.segment = Segment { ray: surface.spawn(s.wi), t_max: f32::INFINITY };
+
+        // Russian roulette.
+        let (beta, eta_scale, depth) = (walk.beta, walk.eta_scale, walk.depth);
+        let q = self.roulette.q(&WalkState { beta, eta_scale, weight: s.weight, depth });
+        if q < 1.0 {
+            if u_survive >= q {
+                return end;
+            }
+            walk.beta /= q; // (4)
+        }
+        Vertex { light, goes_on: true }
     }
 
     /// True if paths of this many bounces are wanted.
@@ -248,7 +257,7 @@ impl<'a> Integrator<'a> {
         })
     }
 
-    /// The light's term of (1) at a surface.
+    /// The light's term of (1) at a surface, without β and V; `None` if it is zero.
     #[inline]
     fn direct(
         &self,
@@ -258,33 +267,23 @@ impl<'a> Integrator<'a> {
         u: f32,
         u2: Vec2,
         lambda: &Wavelengths,
-        stats: &mut PassStats,
-    ) -> Spectrum {
+    ) -> Option<LightRay> {
         let scene = self.scene;
-        let selection = &scene.light_selection;
-        let Some((id, p, u2)) = selection.sample(surface.p, surface.ng, u, u2) else {
-            return Spectrum::ZERO;
-        };
+        let (id, p, u2) = scene.light_selection.sample(surface.p, surface.ng, u, u2)?;
         let light = scene.light(id);
         if !light.is_delta() && !self.mis.samples_lights() {
-            return Spectrum::ZERO;
+            return None;
         }
         // By reference: what was written in pieces is slow to be moved at once.
         let sample = light.sample_li(scene, surface.p, u2, lambda);
-        let Some(l) = &sample else { return Spectrum::ZERO };
+        let l = sample.as_ref()?;
         let (f, (pdf_b, _)) = bsdf.eval_pdf(wo, l.wi, Mode::Radiance, Lobes::ALL);
         if f.is_black() || l.le.is_black() {
-            return Spectrum::ZERO;
+            return None;
         }
         let w = if l.delta { 1.0 } else { self.mis.light(p * l.pdf_w, pdf_b) }; // (3)
-        if w == 0.0 {
-            return Spectrum::ZERO;
-        }
-        stats.shadow_rays += 1;
-        if !scene.unoccluded(surface, l) {
-            return Spectrum::ZERO;
-        }
-        f * l.le * (w / (p * l.pdf_w))
+        let segment = scene.shadow_ray(surface, l);
+        (w > 0.0).then(|| LightRay { segment, radiance: f * l.le * (w / (p * l.pdf_w)) })
     }
 }
 

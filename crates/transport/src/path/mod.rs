@@ -6,10 +6,13 @@
 
 mod integrate;
 mod params;
+mod walk;
+mod wave;
 
-pub use integrate::{Integrator, PathSample};
+pub use integrate::Integrator;
 pub use params::{PathParams, parameters};
 
+use self::wave::Wave;
 use crate::frame::Frame;
 use crate::method::{
     Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule,
@@ -60,16 +63,7 @@ impl Method for PathTracer {
     ) -> Result<Commit, RenderError> {
         let integrator = Integrator::new(scene, frame, &self.params);
         let bands = workers.bands(out, ROWS, |band| {
-            let mut stats = PassStats::default();
-            let features = band.wants_features();
-            for y in 0..band.height() {
-                for x in 0..band.width() {
-                    let pixel = [frame.region[0] + x, frame.region[1] + band.y + y];
-                    let record = integrator.pixel(pixel, index, features, &mut stats);
-                    band.add(x, y, &record);
-                }
-            }
-            stats
+            Wave::default().trace(&integrator, index, band)
         })?;
         let mut stats = PassStats::default();
         bands.into_iter().for_each(|s| stats += s);
