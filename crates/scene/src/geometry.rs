@@ -5,9 +5,9 @@
 //! has one hierarchy over its triangles and one over its analytic shapes; the instances have
 //! one of their own.
 
+use crate::batch::RayBatch;
 use crate::shape::{Quadric, QuadricHit, TriangleStore};
 use crate::surface::Surface;
-use crate::batch::RayBatch;
 use kaustika_accel::{BoxBvh, Segment, TriangleBvh, TriangleHit};
 use kaustika_math::{Bounds3, Ray, Transform, Vec3};
 

@@ -18,9 +18,9 @@ use crate::method::PassStats;
 use crate::roulette::{Roulette, WalkState};
 use kaustika_film::accumulate::PixelRecord;
 use kaustika_math::{Ray, Vec2, Vec3};
-use kaustika_sampling::MisHeuristic;
+use kaustika_sampling::{MisHeuristic, Sampler};
 use kaustika_scene::bsdf::{Bsdf, Lobes, Mode};
-use kaustika_scene::{Hit, LightId, Scene, Segment, Surface};
+use kaustika_scene::{CameraRay, Hit, LightId, Scene, Segment, Surface};
 use kaustika_spectra::{ColorMode, Spectrum, Wavelengths};
 
 /// Passages through interfaces a path may make before it is given up.
@@ -36,6 +36,15 @@ pub struct Integrator<'a> {
     roulette: Roulette,
     mis: MisHeuristic,
     hide_emitters: bool,
+}
+
+/// What one path found.
+#[derive(Clone, Copy, Debug)]
+pub struct PathSample {
+    /// Radiance estimate at the path's wavelengths.
+    pub radiance: Spectrum,
+    /// The wavelengths, the secondary ones ended if the path was dispersed.
+    pub lambda: Wavelengths,
 }
 
 /// A ray to a point of a light, and what the point adds to the path if nothing is in the way.
@@ -95,6 +104,12 @@ impl<'a> Integrator<'a> {
             ColorMode::Spectral => Wavelengths::sample(u[5]),
         };
         let camera = self.scene.camera.sample_we(film.film, Vec2::new(u[2], u[3]), u[4]);
+        Walk { film_weight: film.weight, ..self.begin(&camera, lambda, sampler) }
+    }
+
+    /// The path that begins with a camera ray.
+    #[inline]
+    fn begin(&self, camera: &CameraRay, lambda: Wavelengths, sampler: Sampler<'a>) -> Walk<'a> {
         Walk {
             segment: Segment { ray: camera.ray, t_max: camera.t_max },
             radiance: Spectrum::ZERO,
@@ -107,7 +122,50 @@ impl<'a> Integrator<'a> {
             previous: Previous { p: camera.ray.o, n: Vec3::ZERO, pdf_w: 1.0, delta: true },
             lambda,
             sampler,
-            film_weight: film.weight,
+            film_weight: 1.0,
+        }
+    }
+
+    /// One sample of one pixel, without features.
+    pub fn pixel(&self, pixel: [u32; 2], index: u64, stats: &mut PassStats) -> PixelRecord {
+        let mut walk = self.start(pixel, index);
+        self.finish(&mut walk, &mut Bsdf::default(), None, stats);
+        let rgb = self.rgb(&walk, stats);
+        PixelRecord { rgb, weight: walk.film_weight, ..PixelRecord::default() }
+    }
+
+    /// Radiance along a camera ray.
+    pub fn li(
+        &self,
+        camera: &CameraRay,
+        lambda: Wavelengths,
+        sampler: Sampler<'a>,
+        stats: &mut PassStats,
+    ) -> PathSample {
+        let mut walk = self.begin(camera, lambda, sampler);
+        self.finish(&mut walk, &mut Bsdf::default(), None, stats);
+        PathSample { radiance: walk.radiance, lambda: walk.lambda }
+    }
+
+    /// Takes one path to its end. `record` gets the features of the first surface.
+    pub(super) fn finish(
+        &self,
+        walk: &mut Walk<'a>,
+        bsdf: &mut Bsdf<'a>,
+        mut record: Option<&mut PixelRecord>,
+        stats: &mut PassStats,
+    ) {
+        loop {
+            let hit = self.scene.hit(&walk.segment.ray, walk.segment.t_max);
+            let vertex = self.vertex(walk, hit.as_ref(), bsdf, record.as_deref_mut(), stats);
+            if let Some(light) = vertex.light
+                && !self.scene.occluded(&light.segment)
+            {
+                walk.radiance += light.radiance;
+            }
+            if !vertex.goes_on {
+                break;
+            }
         }
     }
 

@@ -9,7 +9,7 @@ mod params;
 mod walk;
 mod wave;
 
-pub use integrate::Integrator;
+pub use integrate::{Integrator, PathSample};
 pub use params::{PathParams, parameters};
 
 use self::wave::Wave;
@@ -39,12 +39,19 @@ const ROWS: u32 = 4;
 #[derive(Debug)]
 pub struct PathTracer {
     params: PathParams,
+    side_by_side: Option<bool>,
 }
 
 impl PathTracer {
     /// With these parameters.
     pub fn new(params: PathParams) -> PathTracer {
-        PathTracer { params }
+        PathTracer { params, side_by_side: None }
+    }
+
+    /// Whether paths are traced side by side or one after the other, instead of what suits the
+    /// size of the scene. Changes nothing but time.
+    pub fn with_paths_side_by_side(self, side_by_side: bool) -> PathTracer {
+        PathTracer { side_by_side: Some(side_by_side), ..self }
     }
 }
 
@@ -62,9 +69,8 @@ impl Method for PathTracer {
         workers: &Workers,
     ) -> Result<Commit, RenderError> {
         let integrator = Integrator::new(scene, frame, &self.params);
-        let bands = workers.bands(out, ROWS, |band| {
-            Wave::default().trace(&integrator, index, band)
-        })?;
+        let bands =
+            workers.bands(out, ROWS, |band| Wave::default().trace(&integrator, index, band))?;
         let mut stats = PassStats::default();
         bands.into_iter().for_each(|s| stats += s);
         Ok(Commit { kind: CommitKind::Average, stats })

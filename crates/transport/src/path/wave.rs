@@ -20,6 +20,7 @@ const PATHS: usize = 512;
 /// Buffers, reused from wave to wave.
 #[derive(Default)]
 pub(super) struct Wave<'a> {
+    side_by_side: bool,
     walks: Vec<Walk<'a>>,
     records: Vec<PixelRecord>,
     /// The paths that go on.
@@ -33,6 +34,11 @@ pub(super) struct Wave<'a> {
 }
 
 impl<'a> Wave<'a> {
+    /// Side by side, or one after the other.
+    pub(super) fn new(side_by_side: bool) -> Wave<'a> {
+        Wave { side_by_side, ..Wave::default() }
+    }
+
     /// One sample of every pixel of a band.
     pub(super) fn trace(
         &mut self,
@@ -54,11 +60,12 @@ impl<'a> Wave<'a> {
             if band.wants_features() {
                 self.records.resize(self.walks.len(), PixelRecord::default());
             }
-            if integrator.scene().geometry.outgrows_caches() {
-                self.finish(integrator, &mut stats);
+            if self.side_by_side {
+                self.finish_together(integrator, &mut stats);
             } else {
-                for i in 0..self.walks.len() {
-                    self.finish_alone(i, integrator, &mut stats);
+                for (i, walk) in self.walks.iter_mut().enumerate() {
+                    let record = self.records.get_mut(i);
+                    integrator.finish(walk, &mut self.bsdf, record, &mut stats);
                 }
             }
             for (i, walk) in (first..end).zip(&self.walks) {
@@ -76,7 +83,7 @@ impl<'a> Wave<'a> {
     }
 
     /// Takes all paths to their ends.
-    fn finish(&mut self, integrator: &Integrator<'a>, stats: &mut PassStats) {
+    fn finish_together(&mut self, integrator: &Integrator<'a>, stats: &mut PassStats) {
         let scene = integrator.scene();
         self.alive.clear();
         self.alive.extend(0..self.walks.len() as u32);
@@ -105,25 +112,6 @@ impl<'a> Wave<'a> {
                 if !occluded {
                     self.walks[i as usize].radiance += radiance;
                 }
-            }
-        }
-    }
-
-    /// Takes one path to its end.
-    fn finish_alone(&mut self, i: usize, integrator: &Integrator<'a>, stats: &mut PassStats) {
-        let scene = integrator.scene();
-        let walk = &mut self.walks[i];
-        loop {
-            let hit = scene.hit(&walk.segment.ray, walk.segment.t_max);
-            let record = self.records.get_mut(i);
-            let vertex = integrator.vertex(walk, hit.as_ref(), &mut self.bsdf, record, stats);
-            if let Some(light) = vertex.light
-                && !scene.occluded(&light.segment)
-            {
-                walk.radiance += light.radiance;
-            }
-            if !vertex.goes_on {
-                break;
             }
         }
     }

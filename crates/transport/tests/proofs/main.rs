@@ -19,3 +19,4 @@ mod selection;
 mod spectral;
 mod stats;
 mod surfaces;
+mod waves;

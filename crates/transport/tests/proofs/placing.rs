@@ -31,7 +31,7 @@ fn placements() -> Vec<Transform> {
     ]
 }
 
-fn stages() -> (Stage, Stage) {
+pub fn stages() -> (Stage, Stage) {
     let mut stage = Stage::new();
     floor(&mut stage);
     let shapes = group(&mut stage);

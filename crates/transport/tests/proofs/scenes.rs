@@ -312,7 +312,7 @@ pub fn render(
         let mut pixel = RunningMean::new();
         for index in 0..spp {
             let at = [i % resolution[0], i / resolution[0]];
-            let [r, g, b] = integrator.pixel(at, index, false, &mut stats).rgb;
+            let [r, g, b] = integrator.pixel(at, index, &mut stats).rgb;
             pixel.push((r as f64 + g as f64 + b as f64) / 3.0);
         }
         pixels.push(pixel);
@@ -333,8 +333,8 @@ pub fn probe(scene: &Scene, o: Vec3, d: Vec3, p: Value, n: u64) -> (RunningMean,
     let mut stats = PassStats::default();
     let mut mean = RunningMean::new();
     for index in 0..n {
-        let mut sampler = frame.sampler.start([0, 0], index);
-        let sample = integrator.li(&ray, Wavelengths::rgb(), &mut sampler, None, &mut stats);
+        let sampler = frame.sampler.start([0, 0], index);
+        let sample = integrator.li(&ray, Wavelengths::rgb(), sampler, &mut stats);
         mean.push(sample.radiance.0[0] as f64);
     }
     (mean, stats.closest_rays)

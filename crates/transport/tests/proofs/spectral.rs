@@ -29,8 +29,8 @@ fn seen(stage: &Stage, mode: ColorMode, o: Vec3, d: Vec3, p: Value, n: u64) -> [
     let mut stats = PassStats::default();
     for i in 0..n {
         let lambda = Wavelengths::sample_for(mode, (i as f32 + 0.5) / (n as f32));
-        let mut sampler = frame.sampler.start([0, 0], i);
-        let s = integrator.li(&ray, lambda, &mut sampler, None, &mut stats);
+        let sampler = frame.sampler.start([0, 0], i);
+        let s = integrator.li(&ray, lambda, sampler, &mut stats);
         let rgb = Sensor::default().rgb(s.radiance, &s.lambda);
         for c in 0..3 {
             sum[c] += rgb[c] as f64 / n as f64;
