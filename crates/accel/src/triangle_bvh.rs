@@ -260,7 +260,8 @@ impl TriangleBvh {
             |c| self.prefetch(c),
             |leaf, nearest| {
                 let block = &self.blocks[leaf];
-                let Some(mut hits) = block.intersect(&prepared, &lanes, nearest) else {
+                let Some(mut hits) = block.intersect(&lanes, prepared.axes, nearest, || prepared)
+                else {
                     return nearest;
                 };
                 while let Some(lane) = hits.pop() {
@@ -300,7 +301,8 @@ impl TriangleBvh {
             |c| self.prefetch(c),
             |leaf| {
                 let block = &self.blocks[leaf];
-                let Some(mut hits) = block.intersect(&prepared, &lanes, t_max) else {
+                let Some(mut hits) = block.intersect(&lanes, prepared.axes, t_max, || prepared)
+                else {
                     return false;
                 };
                 while let Some(lane) = hits.pop() {
@@ -335,7 +337,7 @@ fn trace<const STACK: usize, const ANY: bool>(
             continue;
         };
         let first = i * LANES;
-        let hits = packet::trace::<STACK, ANY>(tree, &packet, &mut stack, |lane, hit| {
+        let hits = packet::trace::<STACK, ANY>(tree, &packet, group, &mut stack, |lane, hit| {
             accept(first + lane, hit)
         });
         for (lane, hit) in hits.into_iter().enumerate() {
