@@ -114,7 +114,7 @@ pub(crate) fn trace<const STACK: usize, const ANY: bool>(
     mut accept: impl FnMut(usize, &TriangleHit) -> bool,
     mut done: impl FnMut(usize, Option<TriangleHit>),
 ) {
-    const { assert!(STACK % LANES == 0) };
+    const { assert!(STACK.is_multiple_of(LANES)) };
     let mut flights: [Flight<STACK>; IN_FLIGHT] = std::array::from_fn(|_| Flight::EMPTY);
     let mut free: [u8; IN_FLIGHT] = std::array::from_fn(|i| i as u8);
     let mut free_count = IN_FLIGHT;

@@ -24,6 +24,7 @@
 //! Lanes are eight triangles and one ray, or one triangle and eight rays: the operations are the
 //! same, and so are the bits.
 
+use bytemuck::{Pod, Zeroable};
 use kaustika_math::Vec3;
 
 use crate::ray::{LATER, PreparedRay, RayLanes, margin, margins};
@@ -36,7 +37,7 @@ pub(crate) const BLOCK: usize = LANES;
 const NO_TRIANGLE: u32 = u32::MAX;
 
 /// Up to eight triangles side by side.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub(crate) struct TriangleBlock {
     /// Of each corner its coordinates, of all triangles.

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use crate::builder::{BuildOptions, Costs, MAX_DEPTH, PrimRef, WideTree, unit_scale};
 use crate::node::{ChildRef, Node, TreeStats};
 use crate::packet::{self, Packet, PacketStack};
+use crate::pages::Array;
 use crate::ray::PreparedRay;
 use crate::simd::LANES;
 use crate::stream::{self, MAX_ITEMS, Segment, Tree, stream_stack_size};
@@ -26,8 +27,8 @@ pub struct TriangleHit {
 /// A tree over the triangles of a soup, with a copy of their corners.
 #[derive(Clone, Debug)]
 pub struct TriangleBvh {
-    nodes: Vec<Node>,
-    blocks: Vec<TriangleBlock>,
+    nodes: Array<Node>,
+    blocks: Array<TriangleBlock>,
     root: Option<ChildRef>,
     depth: usize,
     bounds: Bounds3,
@@ -72,19 +73,14 @@ impl TriangleBvh {
             leaves.push(first..first + range.len());
             leaves.len() - 1
         });
-        let blocks = leaves
-            .into_par_iter()
-            .with_min_len(1 << 10)
-            .map(|range| {
-                TriangleBlock::new(refs[range].iter().map(|r| {
-                    let [a, b, c] =
-                        indices[r.prim() as usize].map(|i| positions[i as usize].into());
-                    (r.prim(), [a, b, c])
-                }))
-            })
-            .collect();
+        let blocks = Array::collect(leaves.into_par_iter().with_min_len(1 << 10).map(|range| {
+            TriangleBlock::new(refs[range].iter().map(|r| {
+                let [a, b, c] = indices[r.prim() as usize].map(|i| positions[i as usize].into());
+                (r.prim(), [a, b, c])
+            }))
+        }));
         TriangleBvh {
-            nodes: tree.nodes,
+            nodes: Array::collect(tree.nodes.into_par_iter().with_min_len(1 << 10)),
             blocks,
             root: tree.root,
             depth: tree.depth,
@@ -236,7 +232,7 @@ impl TriangleBvh {
 
     #[cfg(test)]
     pub(crate) fn is_same_tree(&self, o: &TriangleBvh) -> bool {
-        self.nodes == o.nodes && self.blocks == o.blocks && self.root == o.root
+        *self.nodes == *o.nodes && *self.blocks == *o.blocks && self.root == o.root
     }
 
     #[inline(always)]

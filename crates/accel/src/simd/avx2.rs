@@ -148,17 +148,17 @@ impl F32x8 {
 #[inline(always)]
 pub(crate) fn prefetch<T>(slice: &[T], index: usize) {
     let start = slice.as_ptr().wrapping_add(index).cast::<i8>();
-    for line in 0..size_of::<T>() / 64 {
+    for line in 0..size_of::<T>().div_ceil(64) {
         // SAFETY: SSE is enabled; a prefetch of any address is a hint and never faults.
         unsafe { _mm_prefetch::<_MM_HINT_T0>(start.wrapping_add(64 * line)) };
     }
 }
 
 /// Asks for the cache lines of an element of `a`, or of `b` if `second`, without a branch; elements
-/// of `a` have four lines, those of `b` five.
+/// of `a` have at most four lines, those of `b` five.
 #[inline(always)]
 pub(crate) fn prefetch_either<A, B>(a: &[A], b: &[B], second: bool, index: usize) {
-    const { assert!(size_of::<A>() == 4 * 64 && size_of::<B>() == 5 * 64) };
+    const { assert!(size_of::<A>() <= 4 * 64 && size_of::<B>() <= 5 * 64) };
     let [a, b] = [a.as_ptr().wrapping_add(index).cast(), b.as_ptr().wrapping_add(index).cast()];
     let start: *const i8 = if second { b } else { a };
     let last = 3 + usize::from(second);

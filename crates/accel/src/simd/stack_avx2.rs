@@ -52,7 +52,7 @@ pub(crate) fn keep_below<const N: usize>(
     size: usize,
     limit: u32,
 ) -> usize {
-    const { assert!(N % LANES == 0) };
+    const { assert!(N.is_multiple_of(LANES)) };
     let mut kept = 0;
     for at in (0..size.min(N)).step_by(LANES) {
         let k = load::<u32>(keys[at..at + LANES].try_into().expect("eight lanes"));
