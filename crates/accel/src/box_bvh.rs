@@ -1,9 +1,10 @@
 //! The tree over primitives of any kind.
 
 use kaustika_math::{Bounds3, Ray};
+use rayon::prelude::*;
 
-use crate::builder::{BuildOptions, Costs, PrimRef, WideTree, unit_scale};
-use crate::node::{ChildRef, Node, TreeStats};
+use crate::builder::{self, BuildOptions, Child, WideTree};
+use crate::node::{ChildRef, Node, TreeStats, WIDTH};
 use crate::ray::PreparedRay;
 use crate::traverse::{self, LARGE_STACK, SMALL_STACK, stack_size};
 
@@ -29,24 +30,26 @@ impl BoxBvh {
     /// With more than 2³¹ primitives.
     pub fn build(bounds: &[Bounds3]) -> BoxBvh {
         assert!(bounds.len() <= 1 << 31, "more than 2^31 primitives in one tree");
-        let mut refs: Vec<PrimRef> = bounds
-            .iter()
-            .enumerate()
-            .filter_map(|(prim, b)| PrimRef::new(prim as u32, b))
-            .collect();
-        let all = refs.iter().fold(Bounds3::EMPTY, |all, r| all.union(r.bounds()));
-        let costs = Costs {
-            leaf_size: 1,
-            leaf: 1.0,
-            bins: BuildOptions::default().bins,
-            scale: unit_scale(&all),
+        let mut refs = builder::references(bounds.len(), |prim| Some(bounds[prim]));
+        let tree = WideTree::<WIDTH>::build(&mut refs, 1, &BuildOptions::default());
+        let (mut root, mut depth) = (tree.root, tree.depth);
+        let prims: Vec<u32> = tree.leaves.map(&refs, |leaf| leaf[0].prim()).collect();
+        let leaf = |c: &Child| match c.place.is_leaf() {
+            true => ChildRef::leaf(prims[c.place.index()] as usize),
+            false => c.place,
         };
-        let tree = WideTree::build(&mut refs, &costs, |range, _| range[0].prim() as usize);
-        let (mut nodes, mut root, mut depth) = (tree.nodes, tree.root, tree.depth);
-        if let Some(leaf) = root.filter(|r| r.is_leaf()) {
+        let made = tree.nodes.map(|children| {
+            let mut node = Node::EMPTY;
+            for (slot, child) in children.iter().enumerate() {
+                node.set(slot, &child.bounds, leaf(child));
+            }
+            node
+        });
+        let mut nodes: Vec<Node> = made.collect();
+        if root.is_some_and(|r| r.is_leaf()) {
             // A node for it, lest the closure be bothered with rays that pass the box by.
             let mut node = Node::EMPTY;
-            node.set(0, &tree.bounds, leaf);
+            node.set(0, &tree.bounds, ChildRef::leaf(prims[0] as usize));
             nodes.push(node);
             (root, depth) = (Some(ChildRef::node(0)), 1);
         }

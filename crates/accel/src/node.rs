@@ -3,6 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use kaustika_math::{Bounds3, Vec3};
 
+use crate::builder::Child;
 use crate::ray::{LATER, RayLanes, widened};
 use crate::simd::{F32x8, LANES};
 
@@ -17,12 +18,12 @@ pub(crate) struct ChildRef(pub(crate) u32);
 impl ChildRef {
     const LEAF: u32 = 1 << 31;
 
-    pub(crate) fn node(index: usize) -> ChildRef {
+    pub(crate) const fn node(index: usize) -> ChildRef {
         debug_assert!(index < Self::LEAF as usize);
         ChildRef(index as u32)
     }
 
-    pub(crate) fn leaf(index: usize) -> ChildRef {
+    pub(crate) const fn leaf(index: usize) -> ChildRef {
         debug_assert!(index < Self::LEAF as usize);
         ChildRef(index as u32 | Self::LEAF)
     }
@@ -52,6 +53,15 @@ impl Node {
         planes: [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3],
         children: [ChildRef(0); WIDTH],
     };
+
+    /// Of at most eight children.
+    pub(crate) fn new(children: &[Child]) -> Node {
+        let mut node = Node::EMPTY;
+        for (slot, child) in children.iter().enumerate() {
+            node.set(slot, &child.bounds, child.place);
+        }
+        node
+    }
 
     /// The box is stored [`widened`].
     pub(crate) fn set(&mut self, slot: usize, bounds: &Bounds3, child: ChildRef) {

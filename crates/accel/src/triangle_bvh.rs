@@ -1,10 +1,9 @@
 //! The tree over a triangle soup.
 
 use kaustika_math::{Bounds3, Ray, Vec3};
-use rayon::prelude::*;
 
-use crate::builder::{BuildOptions, Costs, MAX_DEPTH, PrimRef, WideTree, unit_scale};
-use crate::node::{ChildRef, Node, TreeStats};
+use crate::builder::{self, BuildOptions, MAX_DEPTH, WideTree};
+use crate::node::{ChildRef, Node, TreeStats, WIDTH};
 use crate::packet::{self, Packet, PacketStack};
 use crate::pages::Array;
 use crate::ray::PreparedRay;
@@ -45,42 +44,23 @@ impl TriangleBvh {
     /// With more than 2³⁰ triangles.
     pub fn build(positions: &[Vec3], indices: &[[u32; 3]], options: &BuildOptions) -> TriangleBvh {
         assert!(indices.len() <= MAX_ITEMS, "more than 2^30 triangles in one mesh");
-        let corners = |i: [u32; 3]| {
-            let [a, b, c] = i.map(|i| positions.get(i as usize));
-            Some([*a?, *b?, *c?])
-        };
-        let mut refs: Vec<PrimRef> = indices
-            .par_iter()
-            .enumerate()
-            .with_min_len(1 << 12)
-            .filter_map(|(prim, &i)| {
-                let p = corners(i)?;
-                // A NaN would vanish in the bounds.
-                let finite = p.iter().all(|p| p.is_finite());
-                let bounds = Bounds3::new(p[0], p[1]).with_point(p[2]);
-                (finite && has_area(p)).then(|| PrimRef::new(prim as u32, &bounds))?
-            })
-            .collect();
-        let bounds = refs
-            .par_iter()
-            .with_min_len(1 << 14)
-            .map(PrimRef::bounds)
-            .reduce(|| Bounds3::EMPTY, Bounds3::union);
-        let BuildOptions { bins, leaf_cost } = options.in_range();
-        let costs = Costs { leaf_size: BLOCK, leaf: leaf_cost, bins, scale: unit_scale(&bounds) };
-        let mut leaves = Vec::new();
-        let tree = WideTree::build(&mut refs, &costs, |range, first| {
-            leaves.push(first..first + range.len());
-            leaves.len() - 1
+        let mut refs = builder::references(indices.len(), |prim| {
+            let [a, b, c] = indices[prim].map(|i| i as usize);
+            let p = [*positions.get(a)?, *positions.get(b)?, *positions.get(c)?];
+            // A NaN would vanish in the bounds.
+            let finite = p.iter().all(|p| p.is_finite());
+            (finite && has_area(p)).then(|| Bounds3::new(p[0], p[1]).with_point(p[2]))
         });
-        let blocks = Array::collect(leaves.into_par_iter().with_min_len(1 << 10).map(|range| {
-            TriangleBlock::new(refs[range].iter().map(|r| {
+        let tree = WideTree::<WIDTH>::build(&mut refs, BLOCK, options);
+        let nodes = Array::collect(tree.nodes.map(Node::new));
+        let blocks = Array::collect(tree.leaves.map(&refs, |leaf| {
+            TriangleBlock::new(leaf.iter().map(|r| {
                 let [a, b, c] = indices[r.prim() as usize].map(|i| positions[i as usize].into());
                 (r.prim(), [a, b, c])
             }))
         }));
         TriangleBvh {
-            nodes: Array::collect(tree.nodes.into_par_iter().with_min_len(1 << 10)),
+            nodes,
             blocks,
             root: tree.root,
             depth: tree.depth,

@@ -3,6 +3,7 @@
 //! `u` is uniform in [0,1)². A `pdf` takes what the map returns and is per solid angle or per
 //! area as its name says.
 
+use crate::special::{sin_cos_eighth, sin_cos_turn};
 use crate::{INV_PI, INV_TWO_PI, Vec2, Vec3, safe_sqrt, sqr};
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
@@ -10,15 +11,12 @@ use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 #[inline]
 pub fn disk(u: Vec2) -> Vec2 {
     let o = u * 2.0 - Vec2::splat(1.0);
-    if o.x == 0.0 && o.y == 0.0 {
-        return Vec2::ZERO;
-    }
-    let (r, theta) = if o.x.abs() > o.y.abs() {
-        (o.x, FRAC_PI_4 * (o.y / o.x))
-    } else {
-        (o.y, FRAC_PI_2 - FRAC_PI_4 * (o.x / o.y))
-    };
-    Vec2::new(r * theta.cos(), r * theta.sin())
+    // The larger coordinate is the radius, their ratio the angle from its axis in units of π/4.
+    let along_x = o.x.abs() > o.y.abs();
+    let (r, other) = if along_x { (o.x, o.y) } else { (o.y, o.x) };
+    let (sin, cos) = sin_cos_eighth(if r == 0.0 { 0.0 } else { other / r });
+    let (near, far) = (r * cos, r * sin);
+    if along_x { Vec2::new(near, far) } else { Vec2::new(far, near) }
 }
 
 /// The inverse of [`disk`].
@@ -58,7 +56,7 @@ pub fn cosine_hemisphere_pdf_w(cos_theta: f32) -> f32 {
 pub fn uniform_hemisphere(u: Vec2) -> Vec3 {
     let z = u.x;
     let r = safe_sqrt(1.0 - z * z);
-    let (s, c) = (2.0 * PI * u.y).sin_cos();
+    let (s, c) = sin_cos_turn(u.y);
     Vec3::new(r * c, r * s, z)
 }
 
@@ -70,7 +68,7 @@ pub const UNIFORM_HEMISPHERE_PDF_W: f32 = INV_TWO_PI;
 pub fn uniform_sphere(u: Vec2) -> Vec3 {
     let z = 1.0 - 2.0 * u.x;
     let r = safe_sqrt(1.0 - z * z);
-    let (s, c) = (2.0 * PI * u.y).sin_cos();
+    let (s, c) = sin_cos_turn(u.y);
     Vec3::new(r * c, r * s, z)
 }
 
@@ -84,7 +82,7 @@ pub fn uniform_cone(u: Vec2, one_minus_cos_max: f32) -> Vec3 {
     let h = u.x * one_minus_cos_max;
     let z = 1.0 - h;
     let r = safe_sqrt(h * (2.0 - h));
-    let (s, c) = (2.0 * PI * u.y).sin_cos();
+    let (s, c) = sin_cos_turn(u.y);
     Vec3::new(r * c, r * s, z)
 }
 

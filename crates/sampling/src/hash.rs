@@ -19,6 +19,17 @@ pub const fn nth(key: u64, n: u32) -> u64 {
     mix_bits(key.wrapping_add((n as u64 + 1).wrapping_mul(GOLDEN)))
 }
 
+/// A 32-bit finaliser with good avalanche, for lanes that are computed together (Wellons,
+/// "Prospecting for Hash Functions", 2018: lowbias32).
+#[inline]
+pub const fn mix_bits_32(mut v: u32) -> u32 {
+    v ^= v >> 16;
+    v = v.wrapping_mul(0x7feb_352d);
+    v ^= v >> 15;
+    v = v.wrapping_mul(0x846c_a68b);
+    v ^ (v >> 16)
+}
+
 /// Both halves of a 64-bit hash: high, low.
 #[inline]
 pub const fn halves(h: u64) -> (u32, u32) {

@@ -427,16 +427,17 @@ fn mark(description: &SceneDescription, id: TextureId, set: &mut HashSet<Texture
 impl TexturePoint {
     /// The texture point of a surface.
     #[inline]
-    pub fn of(s: &crate::surface::Surface) -> TexturePoint {
+    pub fn of(geometry: &Geometry, s: &crate::surface::Surface) -> TexturePoint {
         let uv_width = if s.footprint > 0.0 {
-            let stretch = s.dpdu.cross(s.dpdv).length().sqrt();
+            let (dpdu, dpdv) = geometry.tangents(s);
+            let stretch = dpdu.cross(dpdv).length().sqrt();
             if stretch > 0.0 { s.footprint / stretch } else { 0.0 }
         } else {
             0.0
         };
         TexturePoint {
             p: s.p,
-            n: s.frame.n,
+            n: s.ns,
             uv: s.uv,
             uv_width,
             triangle: s.triangle,

@@ -8,7 +8,7 @@
 use crate::shape::{Quadric, QuadricHit, TriangleStore};
 use crate::surface::Surface;
 use kaustika_accel::{BoxBvh, TriangleBvh, TriangleHit};
-use kaustika_math::{Bounds3, Frame, Ray, Transform, Vec3};
+use kaustika_math::{Bounds3, Ray, Transform, Vec3};
 
 /// Surfaces that are placed together.
 #[derive(Debug)]
@@ -117,14 +117,31 @@ impl Geometry {
     }
 
     /// The surface at a hit.
+    #[inline]
     pub fn surface(&self, hit: &Hit, ray: &Ray) -> Surface {
-        let surface = match &hit.primitive {
+        let mut surface = match &hit.primitive {
             Primitive::Triangle(i, b) => self.triangles.surface(*i, *b, hit.t, ray.time),
-            Primitive::Quadric(i, h) => self.quadrics[*i as usize].surface(h, ray.time),
+            Primitive::Quadric(i, h) => self.quadrics[*i as usize].surface(*i, h, ray.time),
         };
-        match hit.instance {
-            Some(i) => placed(&surface, &self.instances[i as usize].to_world),
-            None => surface,
+        if let Some(i) = hit.instance {
+            place(&mut surface, i, &self.instances[i as usize].to_world);
+        }
+        surface
+    }
+
+    /// ∂p/∂u and ∂p/∂v at a surface, world space; some tangents where the uvs are degenerate.
+    pub fn tangents(&self, s: &Surface) -> (Vec3, Vec3) {
+        let instance = s.instance.map(|i| &self.instances[i as usize]);
+        let (dpdu, dpdv) = match s.triangle {
+            u32::MAX => {
+                let p = instance.map_or(s.p, |i| i.from_world.point(s.p));
+                self.quadrics[s.quadric as usize].tangents_at(p)
+            }
+            triangle => self.triangles.tangents(triangle),
+        };
+        match instance {
+            Some(i) => (i.to_world.vector(dpdu), i.to_world.vector(dpdv)),
+            None => (dpdu, dpdv),
         }
     }
 
@@ -192,20 +209,13 @@ impl Group {
     }
 }
 
-/// A surface of a group, seen through an instance.
-fn placed(s: &Surface, to_world: &Transform) -> Surface {
-    let ng = to_world.normal(s.ng).normalize();
-    let ns = to_world.normal(s.frame.n).normalize();
-    let dpdu = to_world.vector(s.dpdu);
-    Surface {
-        p: to_world.point(s.p),
-        p_error: to_world.point_error(s.p, s.p_error),
-        ng,
-        frame: Frame::from_normal_tangent(ns, dpdu),
-        dpdu,
-        dpdv: to_world.vector(s.dpdv),
-        ..*s
-    }
+/// Puts a surface of a group where an instance has it.
+fn place(s: &mut Surface, instance: u32, to_world: &Transform) {
+    s.p_error = to_world.point_error(s.p, s.p_error);
+    s.p = to_world.point(s.p);
+    s.ng = to_world.normal(s.ng).normalize();
+    s.ns = to_world.normal(s.ns).normalize();
+    s.instance = Some(instance);
 }
 
 impl Hit {

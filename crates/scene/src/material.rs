@@ -1,6 +1,8 @@
 //! Materials: at each hit, textures are evaluated and the nested models of the file become the
 //! flat list of a [`Bsdf`].
 
+mod oriented;
+
 use crate::bsdf::{
     self, Bsdf, CoatedConductor, CoatedDiffuse, Conductor, ConductorFresnel, Dielectric, Diffuse,
     DiffuseTransmission, Masking, Microfacet, Model, Null, OrenNayar, Part, Phong, Plastic,
@@ -11,16 +13,21 @@ use crate::description::{
     CoatDesc, ConductorColor, IorDesc, MaterialId, MaterialModel, PrincipledDesc, RoughnessDesc,
     SceneDescription, SourceFormat, TextureId,
 };
+use crate::geometry::Geometry;
 use crate::surface::Surface;
 use crate::texture::{TexturePoint, Textures};
 use kaustika_math::{Frame, Vec3, mix_bits};
 use kaustika_spectra::{ColorMode, Spectrum, Wavelengths};
+use oriented::is_oriented;
+use std::cell::OnceCell;
 use std::f32::consts::FRAC_1_SQRT_2;
 
 /// All materials of a scene.
 #[derive(Debug, Default)]
 pub struct Materials {
     models: Vec<MaterialModel>,
+    /// True for each material whose frames need their tangent along ∂p/∂u.
+    oriented: Vec<bool>,
     /// Tables of each material that has some.
     coats: Vec<Option<Coat>>,
     masking: Masking,
@@ -53,20 +60,34 @@ struct Place {
 
 /// One hit: what the models' parameters depend on.
 struct Hit<'t, 'l> {
+    geometry: &'t Geometry,
     textures: &'t Textures,
     surface: &'l Surface,
-    at: TexturePoint,
+    /// Where textures are evaluated, once one of them varies.
+    at: OnceCell<TexturePoint>,
     wo: Vec3,
     lambda: &'l mut Wavelengths,
 }
 
 impl Hit<'_, '_> {
-    fn spectrum(&self, id: TextureId) -> Spectrum {
-        self.textures.spectrum(id, &self.at, self.lambda)
+    fn at(&self) -> &TexturePoint {
+        self.at.get_or_init(|| TexturePoint::of(self.geometry, self.surface))
     }
 
+    #[inline]
+    fn spectrum(&self, id: TextureId) -> Spectrum {
+        match self.textures.uniform(id, self.lambda) {
+            Some(value) => value,
+            None => self.textures.spectrum(id, self.at(), self.lambda),
+        }
+    }
+
+    #[inline]
     fn float(&self, id: TextureId) -> f32 {
-        self.textures.float(id, &self.at)
+        match self.textures.constant(id) {
+            Some(value) => value,
+            None => self.textures.float(id, self.at()),
+        }
     }
 
     /// An index of refraction at the hero wavelength; where it disperses, the path keeps only
@@ -169,6 +190,9 @@ impl Materials {
         };
         Materials {
             models: description.materials.iter().map(|m| m.model.clone()).collect(),
+            oriented: (0..description.materials.len() as u32)
+                .map(|i| is_oriented(&description.materials, MaterialId(i), textures))
+                .collect(),
             coats: description.materials.iter().map(|m| coat(&m.model, textures)).collect(),
             masking,
             two_sided: description.format == SourceFormat::Pbrt,
@@ -176,26 +200,46 @@ impl Materials {
         }
     }
 
-    /// The scattering of material `id` at a surface; `None` where it is only an interface
-    /// between media.
+    /// Makes `out` the scattering of material `id` at a surface; false where it is only an
+    /// interface between media.
+    #[inline]
     pub fn bsdf<'a>(
         &'a self,
         id: MaterialId,
-        textures: &Textures,
+        (geometry, textures): (&Geometry, &Textures),
         surface: &Surface,
         wo: Vec3,
         lambda: &mut Wavelengths,
-    ) -> Option<Bsdf<'a>> {
-        if matches!(self.models[id.0 as usize], MaterialModel::Null { counts: false }) {
-            return None;
+        out: &mut Bsdf<'a>,
+    ) -> bool {
+        out.reset(surface.ng);
+        let behind = surface.ns.dot(wo) < 0.0;
+        let (leaf, back) = match &self.models[id.0 as usize] {
+            MaterialModel::TwoSided { back, .. } if behind => (*back, true),
+            MaterialModel::TwoSided { front, .. } => (*front, false),
+            _ => (id, false),
+        };
+        let mut hit = Hit { geometry, textures, surface, at: OnceCell::new(), wo, lambda };
+        match &self.models[leaf.0 as usize] {
+            MaterialModel::Null { counts: false } if leaf == id => return false,
+            // By far the most frequent material, without a walk through the nest.
+            MaterialModel::Diffuse { reflectance } => {
+                let frame = Frame::from_normal(surface.ns);
+                let frame =
+                    if back || (self.two_sided && behind) { frame.flipped() } else { frame };
+                let model = Model::Diffuse(Diffuse { reflectance: hit.spectrum(*reflectance) });
+                out.push(Part { frame, guard: None, relief: 0.0, weight: 1.0, model });
+            }
+            _ => {
+                let frame = match self.oriented[id.0 as usize] {
+                    true => Frame::from_normal_tangent(surface.ns, geometry.tangents(surface).0),
+                    false => Frame::from_normal(surface.ns),
+                };
+                let place = Place { frame, guard: None, relief: 0.0, back, weight: 1.0 };
+                self.add(leaf, place, &mut hit, out);
+            }
         }
-        let mut bsdf = Bsdf::new(surface.ng);
-        let at = TexturePoint::of(surface);
-        let mut hit = Hit { textures, surface, at, wo, lambda };
-        let place =
-            Place { frame: surface.frame, guard: None, relief: 0.0, back: false, weight: 1.0 };
-        self.add(id, place, &mut hit, &mut bsdf);
-        Some(bsdf)
+        true
     }
 
     /// The place under a frame that a map has turned.
@@ -380,18 +424,18 @@ impl Place {
 /// The frame of a surface displaced along its normal by a height map (Blinn 1978):
 /// ∂p'/∂u = ∂p/∂u + (∂h/∂u - n·∂p/∂u) n, the change of the normal itself left out.
 fn bumped(hit: &Hit, frame: Frame, height: TextureId, scale: f32) -> Frame {
-    let s = hit.surface;
-    let grad = hit.textures.gradient(height, &hit.at) * scale;
+    let (dpdu, dpdv) = hit.geometry.tangents(hit.surface);
+    let grad = hit.textures.gradient(height, hit.at()) * scale;
     let n = frame.n;
-    let dpdu = s.dpdu + n * (grad.x - n.dot(s.dpdu));
-    let dpdv = s.dpdv + n * (grad.y - n.dot(s.dpdv));
+    let dpdu = dpdu + n * (grad.x - n.dot(dpdu));
+    let dpdv = dpdv + n * (grad.y - n.dot(dpdv));
     let Some(turned) = dpdu.cross(dpdv).try_normalize() else { return frame };
     Frame::from_normal_tangent(turned.face_forward(n), dpdu)
 }
 
 /// The frame with the normal that a tangent-space map gives.
 fn normal_mapped(hit: &Hit, frame: Frame, normals: TextureId) -> Frame {
-    let [x, y, z] = hit.textures.raw_rgb(normals, &hit.at).map(|v| 2.0 * v - 1.0);
+    let [x, y, z] = hit.textures.raw_rgb(normals, hit.at()).map(|v| 2.0 * v - 1.0);
     let Some(local) = Vec3::new(x, y, z).try_normalize() else { return frame };
-    Frame::from_normal_tangent(frame.to_world(local), hit.surface.dpdu)
+    Frame::from_normal_tangent(frame.to_world(local), hit.geometry.tangents(hit.surface).0)
 }

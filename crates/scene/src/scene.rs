@@ -94,18 +94,34 @@ impl Scene {
         let Some(alpha) = self.shapes[p.shape(&self.geometry) as usize].alpha else { return false };
         let s = match p {
             Primitive::Triangle(i, b) => self.geometry.triangles.surface(*i, *b, 0.0, ray.time),
-            Primitive::Quadric(i, h) => self.geometry.quadrics[*i as usize].surface(h, ray.time),
+            Primitive::Quadric(i, h) => {
+                self.geometry.quadrics[*i as usize].surface(*i, h, ray.time)
+            }
         };
-        let a = self.textures.float(alpha, &TexturePoint::of(&s));
+        let a = self.textures.float(alpha, &TexturePoint::of(&self.geometry, &s));
         a < 1.0 && (a <= 0.0 || (p.hash(ray) >> 40) as f32 / (1u64 << 24) as f32 >= a)
     }
 
     /// The scattering at a surface for light leaving along `wo`. Dispersive materials end the
     /// secondary wavelengths. `None` where the surface is only an interface between media.
-    #[inline]
     pub fn bsdf(&self, s: &Surface, wo: Vec3, lambda: &mut Wavelengths) -> Option<Bsdf<'_>> {
+        let mut bsdf = Bsdf::default();
+        self.bsdf_into(s, wo, lambda, &mut bsdf).then_some(bsdf)
+    }
+
+    /// As [`Scene::bsdf`], into a value that is used for hit after hit: it is too large to be
+    /// moved each time. False where there is nothing but an interface between media.
+    #[inline]
+    pub fn bsdf_into<'a>(
+        &'a self,
+        s: &Surface,
+        wo: Vec3,
+        lambda: &mut Wavelengths,
+        out: &mut Bsdf<'a>,
+    ) -> bool {
         let material = self.shapes[s.shape as usize].material;
-        self.materials.bsdf(material, &self.textures, s, wo, lambda)
+        let parameters = (&self.geometry, &self.textures);
+        self.materials.bsdf(material, parameters, s, wo, lambda, out)
     }
 
     /// Radiance that the surface itself emits along `wo`.

@@ -1,6 +1,8 @@
-//! A point on a surface with everything that shading asks for.
+//! A point on a surface with everything that shading asks for at every hit. What only some
+//! materials ask for, the directions in which u and v grow, is computed by
+//! [`Geometry::tangents`](crate::geometry::Geometry::tangents).
 
-use kaustika_math::{Frame, Ray, Vec2, Vec3, ray::offset_origin};
+use kaustika_math::{Ray, Vec2, Vec3, ray::offset_origin};
 
 /// Index of a light in the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -17,15 +19,10 @@ pub struct Surface {
     pub t: f32,
     /// Geometric normal, unit; on the front side.
     pub ng: Vec3,
-    /// Shading frame: interpolated normal, on the side of `ng` where the mesh is consistent;
-    /// first tangent along `dpdu`.
-    pub frame: Frame,
+    /// Shading normal, unit: interpolated, on the side of `ng` where the mesh is consistent.
+    pub ns: Vec3,
     /// Surface parameters.
     pub uv: Vec2,
-    /// ∂p/∂u.
-    pub dpdu: Vec3,
-    /// ∂p/∂v.
-    pub dpdv: Vec3,
     /// Width of the region this point stands for, in world units; 0 if unknown. Textures filter
     /// over it.
     pub footprint: f32,
@@ -33,6 +30,10 @@ pub struct Surface {
     pub shape: u32,
     /// Index of the triangle in the scene's list; `u32::MAX` for analytic shapes.
     pub triangle: u32,
+    /// Index of the analytic shape in the scene's list; `u32::MAX` for triangles.
+    pub quadric: u32,
+    /// Through which instance it was met.
+    pub instance: Option<u32>,
     /// Barycentric weights of the triangle's corners 1 and 2.
     pub barycentrics: Vec2,
     /// The light that the shape is part of.

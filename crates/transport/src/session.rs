@@ -3,7 +3,7 @@
 use crate::frame::Frame;
 use crate::method::{CommitKind, Method, PassStats, RenderError};
 use crate::workers::Workers;
-use kaustika_film::accumulate::{PassImage, PassTree, Total};
+use kaustika_film::accumulate::{PassTree, Total};
 use kaustika_scene::Scene;
 use std::time::{Duration, Instant};
 
@@ -135,8 +135,7 @@ impl<'a> Session<'a> {
             if end.is_some_and(|end| pass >= end) || (is_late && self.tree.passes() > 0) {
                 break;
             }
-            let [width, height] = self.frame.size();
-            let mut image = PassImage::new(width, height, self.frame.layers.clone());
+            let mut image = self.tree.blank();
             match self.method.pass(pass, self.scene, self.frame, &mut image, workers) {
                 Ok(commit) => {
                     outcome.stats += commit.stats;

@@ -1,188 +1,156 @@
-//! The binary tree, down to single primitives, and what each part of it costs as 1..=7 children
-//! of a wide node.
+//! The binary tree, and how it is best cut.
 
 use rayon::prelude::*;
 
 use super::binning::find_split;
+use super::boxes::Extent;
+use super::forest::{self, Cut, ForestCosts};
 use super::partition::partition;
-use super::{Box4, Costs, Extent, PrimRef};
-use crate::node::WIDTH;
+use super::{BuildOptions, Costs, PrimRef};
 
 /// Below this depth splits halve the number of primitives, so that no tree is too deep.
 const MAX_SAH_DEPTH: usize = 48;
 /// No tree is deeper: 31 halvings leave one of 2³¹ primitives.
 pub(crate) const MAX_DEPTH: usize = MAX_SAH_DEPTH + 32;
 /// From this many primitives on, the two sides are built in parallel.
-const PARALLEL: usize = 1 << 10;
+const PARALLEL: usize = 1 << 12;
 
-/// Costs of a subtree as a forest of at most 1..=7 roots.
-pub(super) type ForestCosts = [f32; WIDTH - 1];
+/// Half the surface area of a box, in squares of the longest edge of the box of all.
+const RARELY_MET: f32 = 1e-3;
 
-/// The nodes in depth-first order. That of `n` primitives has room for `2n - 1` nodes: itself,
-/// then its left part, then its right part. So the place of a node is known before anything is
-/// built, and threads write to slices of their own.
-pub(super) struct BinaryTree {
-    pub(super) boxes: Vec<[f32; 8]>,
-    /// Primitives in the left part; 0 for a single primitive.
-    pub(super) left_counts: Vec<u32>,
-    pub(super) costs: Vec<ForestCosts>,
+/// A binary tree over primitives `0..n`, of which each part is a range.
+///
+/// A split lies between two neighbours, no two splits at the same place, so what is known of a
+/// part is kept under the place of its split. Places are thus known before anything is built, and
+/// the two sides of a part write to slices of their own.
+pub(super) struct BinaryTree<const WIDTH: usize> {
+    /// That of the split before primitive `i` at place `i - 1`.
+    cuts: Vec<Cut<WIDTH>>,
+    /// Primitives left of the first split; 0 if there is none.
+    left_count: u32,
 }
 
-struct Slots<'a> {
-    boxes: &'a mut [[f32; 8]],
-    left_counts: &'a mut [u32],
-    costs: &'a mut [ForestCosts],
+/// A part of the binary tree: primitives `first .. first + count`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Part {
+    pub(super) first: usize,
+    pub(super) count: usize,
+    /// Primitives in its left side; 0 if it is not split.
+    left_count: usize,
 }
 
-impl<'a> Slots<'a> {
-    fn split_at(self, at: usize) -> (Slots<'a>, Slots<'a>) {
-        let (b0, b1) = self.boxes.split_at_mut(at);
-        let (l0, l1) = self.left_counts.split_at_mut(at);
-        let (c0, c1) = self.costs.split_at_mut(at);
-        (
-            Slots { boxes: b0, left_counts: l0, costs: c0 },
-            Slots { boxes: b1, left_counts: l1, costs: c1 },
-        )
+struct Built<const WIDTH: usize> {
+    costs: ForestCosts<WIDTH>,
+    left_count: u32,
+}
+
+impl<const WIDTH: usize> BinaryTree<WIDTH> {
+    /// Builds over at least one primitive, and brings the primitives into the order of the leaves.
+    pub(super) fn build(
+        refs: &mut [PrimRef],
+        leaf_size: usize,
+        options: &BuildOptions,
+    ) -> BinaryTree<WIDTH> {
+        let mut cuts = vec![Cut::NONE; refs.len() - 1];
+        let extent =
+            refs.par_chunks(1 << 14).map(Extent::of).reduce(|| Extent::EMPTY, Extent::union);
+        let costs = Costs::new(leaf_size, options, &extent.bounds.bounds());
+        let root = build_part(refs, &mut cuts, &extent, 0, &costs);
+        BinaryTree { cuts, left_count: root.left_count }
     }
-}
 
-impl Slots<'_> {
-    fn reborrow(&mut self) -> Slots<'_> {
-        Slots {
-            boxes: &mut *self.boxes,
-            left_counts: &mut *self.left_counts,
-            costs: &mut *self.costs,
+    pub(super) fn root(&self) -> Part {
+        Part { first: 0, count: self.cuts.len() + 1, left_count: self.left_count as usize }
+    }
+
+    pub(super) fn is_leaf(&self, part: Part) -> bool {
+        part.left_count == 0 || self.cut(part).is_leaf()
+    }
+
+    /// Calls `child` with the children of `part` as a wide node, from first to last.
+    pub(super) fn children(&self, part: Part, child: &mut impl FnMut(Part)) {
+        self.divide(part, WIDTH, child);
+    }
+
+    /// `part` as at most `roots` children, of the least cost.
+    fn divide(&self, part: Part, roots: usize, child: &mut impl FnMut(Part)) {
+        let share = if part.left_count == 0 { None } else { self.cut(part).share(roots) };
+        match share {
+            None => child(part),
+            Some(roots) => {
+                let sides = self.sides(part);
+                for (side, roots) in sides.into_iter().zip(roots) {
+                    self.divide(side, roots, child);
+                }
+            }
         }
     }
-}
 
-impl BinaryTree {
-    /// Builds over at least one primitive, and brings the primitives into the order of the leaves.
-    pub(super) fn build(refs: &mut [PrimRef], costs: &Costs) -> BinaryTree {
-        let size = 2 * refs.len() - 1;
-        let mut tree = BinaryTree {
-            boxes: vec![[0.0; 8]; size],
-            left_counts: vec![0; size],
-            costs: vec![[0.0; WIDTH - 1]; size],
-        };
-        let extent = refs
-            .par_chunks(1 << 14)
-            .map(|c| {
-                c.iter().fold(Extent::EMPTY, |mut e, r| {
-                    e.add(r);
-                    e
-                })
-            })
-            .reduce(|| Extent::EMPTY, Extent::merge);
-        let mut scratch = refs.to_vec();
-        let slots = Slots {
-            boxes: &mut tree.boxes,
-            left_counts: &mut tree.left_counts,
-            costs: &mut tree.costs,
-        };
-        build_node(refs, &mut scratch, slots, &extent, 0, costs);
-        tree
+    fn cut(&self, part: Part) -> &Cut<WIDTH> {
+        &self.cuts[part.first + part.left_count - 1]
     }
 
-    pub(super) fn bounds(&self, node: usize) -> Box4 {
-        let [lo, hi] = [0, 4].map(|k| std::array::from_fn(|i| self.boxes[node][k + i]));
-        Box4 { lo, hi }
+    fn sides(&self, part: Part) -> [Part; 2] {
+        let [l, r] = self.cut(part).left_counts.map(|n| n as usize);
+        let (first, count) = (part.first + part.left_count, part.count - part.left_count);
+        [
+            Part { first: part.first, count: part.left_count, left_count: l },
+            Part { first, count, left_count: r },
+        ]
     }
 }
 
-fn build_node(
+fn build_part<const WIDTH: usize>(
     refs: &mut [PrimRef],
-    scratch: &mut [PrimRef],
-    slots: Slots,
+    cuts: &mut [Cut<WIDTH>],
     extent: &Extent,
     depth: usize,
     costs: &Costs,
-) {
-    let (node, rest) = slots.split_at(1);
-    node.boxes[0] =
-        std::array::from_fn(|i| if i < 4 { extent.bounds.lo[i] } else { extent.bounds.hi[i - 4] });
+) -> Built<WIDTH> {
     let area = extent.bounds.half_area(costs.scale);
-    if refs.len() == 1 {
-        node.costs[0] = [area * costs.leaf; WIDTH - 1];
-        return;
+    let count = refs.len();
+    let unsplit = || Built { costs: forest::leaf(area, costs), left_count: 0 };
+    // What one leaf can hold is worth a split only if two boxes are much smaller than one, which
+    // is rare; to look for it pays where many rays come by.
+    let fits = count <= costs.leaf_size;
+    if count == 1 || fits && area < RARELY_MET {
+        return unsplit();
     }
-    // Two primitives part in one way only.
-    let by_cost = refs.len() > 2 && depth < MAX_SAH_DEPTH;
-    let split = if by_cost { find_split(refs, extent, costs) } else { None };
-    let (left_count, left, right) = match split {
-        Some(split) => partition(refs, scratch, &split),
+    let split = if depth < MAX_SAH_DEPTH { find_split(refs, extent, costs) } else { None };
+    let (left_count, [left, right]) = match split {
+        Some(split) if fits && split.areas() >= area => return unsplit(),
+        Some(split) => (split.left_count, partition(refs, &split)),
+        None if fits => return unsplit(),
         None => halve(refs, extent),
     };
-    node.left_counts[0] = left_count as u32;
 
-    let count = refs.len();
     let (l_refs, r_refs) = refs.split_at_mut(left_count);
-    let (l_scratch, r_scratch) = scratch.split_at_mut(left_count);
-    let (mut l_slots, mut r_slots) = rest.split_at(2 * left_count - 1);
-    {
-        let (l, r) = (l_slots.reborrow(), r_slots.reborrow());
-        let build_left = || build_node(l_refs, l_scratch, l, &left, depth + 1, costs);
-        let build_right = || build_node(r_refs, r_scratch, r, &right, depth + 1, costs);
-        if count >= PARALLEL {
-            rayon::join(build_left, build_right);
-        } else {
-            build_left();
-            build_right();
-        }
-    }
-    node.costs[0] = forest_costs(&l_slots.costs[0], &r_slots.costs[0], area, count, costs);
+    let (l_cuts, rest) = cuts.split_at_mut(left_count - 1);
+    let (own, r_cuts) = rest.split_at_mut(1);
+    let mut build_left = || build_part(l_refs, l_cuts, &left, depth + 1, costs);
+    let mut build_right = || build_part(r_refs, r_cuts, &right, depth + 1, costs);
+    let (left, right) = if count >= PARALLEL {
+        rayon::join(build_left, build_right)
+    } else {
+        (build_left(), build_right())
+    };
+    let (joined, cut) = forest::join(&left.costs, &right.costs, area, count, costs);
+    own[0] = cut;
+    own[0].left_counts = [left.left_count, right.left_count];
+    Built { costs: joined, left_count: left_count as u32 }
 }
 
 /// Two halves along the axis on which the centres spread most: for centres that all coincide, and
 /// for parts of the tree that are too deep.
-fn halve(refs: &mut [PrimRef], extent: &Extent) -> (usize, Extent, Extent) {
+fn halve(refs: &mut [PrimRef], extent: &Extent) -> (usize, [Extent; 2]) {
     let middle = refs.len() / 2;
-    let spread: [f32; 4] = std::array::from_fn(|i| extent.centroids.hi[i] - extent.centroids.lo[i]);
+    let spread = [0, 1, 2].map(|axis| extent.centers.extent(axis));
     let axis = (0..3).fold(0, |a, b| if spread[b] > spread[a] { b } else { a });
-    if refs.len() > 2 && spread[axis] > 0.0 {
+    if spread[axis] > 0.0 {
         refs.select_nth_unstable_by(middle, |a, b| {
-            let key = |r: &PrimRef| r.centroid()[axis];
+            let key = |r: &PrimRef| r.center(axis);
             key(a).total_cmp(&key(b)).then(a.prim().cmp(&b.prim()))
         });
     }
-    let extent_of = |refs: &[PrimRef]| {
-        let mut e = Extent::EMPTY;
-        refs.iter().for_each(|r| e.add(r));
-        e
-    };
-    (middle, extent_of(&refs[..middle]), extent_of(&refs[middle..]))
-}
-
-/// The cost of being one leaf; infinite for too many primitives.
-pub(super) fn leaf_cost(area: f32, count: usize, costs: &Costs) -> f32 {
-    if count <= costs.leaf_size { area * costs.leaf } else { f32::INFINITY }
-}
-
-/// The cheapest way to share `roots` >= 2 between two subtrees: cost, and roots of the left one.
-pub(super) fn share(left: &ForestCosts, right: &ForestCosts, roots: usize) -> (f32, usize) {
-    let mut best = (f32::INFINITY, 1);
-    for k in roots.saturating_sub(WIDTH - 1).max(1)..=(roots - 1).min(WIDTH - 1) {
-        let cost = left[k - 1] + right[roots - k - 1];
-        if cost < best.0 {
-            best = (cost, k);
-        }
-    }
-    best
-}
-
-/// The recurrence of Ylitie et al. (2017, sec. 3): one root is a leaf or a wide node over a forest
-/// of eight; more roots are shared between the two sides, or not all used.
-fn forest_costs(
-    left: &ForestCosts,
-    right: &ForestCosts,
-    area: f32,
-    count: usize,
-    costs: &Costs,
-) -> ForestCosts {
-    let inner = share(left, right, WIDTH).0 + area;
-    let mut forest = [leaf_cost(area, count, costs).min(inner); WIDTH - 1];
-    for roots in 2..WIDTH {
-        forest[roots - 1] = forest[roots - 2].min(share(left, right, roots).0);
-    }
-    forest
+    (middle, [Extent::of(&refs[..middle]), Extent::of(&refs[middle..])])
 }

@@ -1,20 +1,29 @@
-//! From bounds of primitives to a wide tree: a binary tree by binned SAH ([`binary`]), cut into
-//! wide nodes and leaves ([`wide`]).
+//! From bounds of primitives to a wide tree: a binary tree by binned SAH ([`binary`]), for each
+//! part of it the cheapest way to be a given number of children ([`forest`]), and the wide nodes
+//! and leaves of the cheapest whole ([`wide`]).
+//!
+//! How a tree stores its nodes is its own affair: [`WideTree`] hands it all the children of a node
+//! at once, and the primitives of a leaf.
 //!
 //! Deterministic: what happens to a range of primitives depends on that range alone, never on
 //! which thread gets it.
+//!
+//! Memory, in bytes a primitive, for eight children: references 32, until the leaves are made;
+//! the binary tree 16, until it is cut; what it is cut into up to 10, with the final tree.
 
 mod binary;
 mod binning;
+mod boxes;
+mod forest;
 mod partition;
 mod wide;
 
-use kaustika_math::{Bounds3, Vec3};
+use kaustika_math::Bounds3;
+use rayon::prelude::*;
 
 pub(crate) use binary::MAX_DEPTH;
-pub(crate) use wide::WideTree;
-
-use crate::ray::MAX_COORDINATE;
+pub(crate) use boxes::PrimRef;
+pub(crate) use wide::{Child, WideTree};
 
 /// Trade-offs of the builder. The default suits path tracing.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,7 +42,7 @@ impl Default for BuildOptions {
 
 impl BuildOptions {
     /// With the nearest, or the default, in place of what makes no sense.
-    pub(crate) fn in_range(&self) -> BuildOptions {
+    fn in_range(&self) -> BuildOptions {
         let bins = self.bins.clamp(2, binning::MAX_BINS);
         let leaf_cost =
             if self.leaf_cost > 0.0 { self.leaf_cost } else { BuildOptions::default().leaf_cost };
@@ -41,118 +50,45 @@ impl BuildOptions {
     }
 }
 
-/// The bounds of a primitive and its number, in two registers of four lanes.
-#[derive(Clone, Copy, Debug)]
-#[repr(C, align(32))]
-pub(crate) struct PrimRef {
-    /// Least corner; the bits of the last lane are the primitive's number.
-    lo: [f32; 4],
-    /// Greatest corner; the last lane is unused.
-    hi: [f32; 4],
-}
-
-impl PrimRef {
-    /// `None` if the bounds are empty or not finite.
-    pub(crate) fn new(prim: u32, bounds: &Bounds3) -> Option<PrimRef> {
-        let (lo, hi) = (bounds.min, bounds.max);
-        // Written so that NaN fails.
-        let valid =
-            (0..3).all(|a| lo[a] <= hi[a] && lo[a] >= -MAX_COORDINATE && hi[a] <= MAX_COORDINATE);
-        valid.then(|| PrimRef {
-            lo: [lo.x, lo.y, lo.z, f32::from_bits(prim)],
-            hi: [hi.x, hi.y, hi.z, 0.0],
-        })
-    }
-
-    pub(crate) fn prim(&self) -> u32 {
-        self.lo[3].to_bits()
-    }
-
-    pub(crate) fn bounds(&self) -> Bounds3 {
-        Box4 { lo: self.lo, hi: self.hi }.bounds()
-    }
-
-    /// Twice the centre; the last lane is of no meaning.
-    #[inline(always)]
-    fn centroid(&self) -> [f32; 4] {
-        std::array::from_fn(|i| self.lo[i] + self.hi[i])
-    }
-}
-
-/// A box in two registers of four lanes; the last lane is of no meaning.
-#[derive(Clone, Copy, Debug)]
-struct Box4 {
-    lo: [f32; 4],
-    hi: [f32; 4],
-}
-
-impl Box4 {
-    const EMPTY: Box4 = Box4 { lo: [f32::INFINITY; 4], hi: [f32::NEG_INFINITY; 4] };
-
-    #[inline(always)]
-    fn grow(&mut self, lo: &[f32; 4], hi: &[f32; 4]) {
-        // The comparisons of the vector instructions, which f32::min and max are not.
-        self.lo = std::array::from_fn(|i| if self.lo[i] < lo[i] { self.lo[i] } else { lo[i] });
-        self.hi = std::array::from_fn(|i| if self.hi[i] > hi[i] { self.hi[i] } else { hi[i] });
-    }
-
-    #[inline(always)]
-    fn merge(&mut self, o: &Box4) {
-        self.grow(&o.lo, &o.hi);
-    }
-
-    /// Half the surface area of the box times `scale²`.
-    #[inline(always)]
-    fn half_area(&self, scale: f32) -> f32 {
-        let [x, y, z] = [0, 1, 2].map(|i| (self.hi[i] - self.lo[i]) * scale);
-        x * y + y * z + z * x
-    }
-
-    fn bounds(&self) -> Bounds3 {
-        let corner = |c: [f32; 4]| Vec3::new(c[0], c[1], c[2]);
-        Bounds3 { min: corner(self.lo), max: corner(self.hi) }
-    }
-}
-
-/// The box of some primitives, and that of their doubled centres.
-#[derive(Clone, Copy, Debug)]
-struct Extent {
-    bounds: Box4,
-    centroids: Box4,
-}
-
-impl Extent {
-    const EMPTY: Extent = Extent { bounds: Box4::EMPTY, centroids: Box4::EMPTY };
-
-    #[inline(always)]
-    fn add(&mut self, r: &PrimRef) {
-        let c = r.centroid();
-        self.bounds.grow(&r.lo, &r.hi);
-        self.centroids.grow(&c, &c);
-    }
-
-    fn merge(mut self, o: Extent) -> Extent {
-        self.bounds.merge(&o.bounds);
-        self.centroids.merge(&o.centroids);
-        self
-    }
-}
-
 /// What the surface area heuristic weighs.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Costs {
+struct Costs {
     /// Most primitives in a leaf.
-    pub(crate) leaf_size: usize,
+    leaf_size: usize,
     /// Of a leaf's test, in tests of a wide node.
-    pub(crate) leaf: f32,
+    leaf: f32,
     /// Candidate planes an axis.
-    pub(crate) bins: usize,
+    bins: usize,
     /// Areas are measured with lengths times this, so that none overflows or vanishes.
-    pub(crate) scale: f32,
+    scale: f32,
 }
 
-/// The number that brings the largest extent of `bounds` to one.
-pub(crate) fn unit_scale(bounds: &Bounds3) -> f32 {
-    let extent = bounds.diagonal().max_component();
-    if extent > 1e-36 { 1.0 / extent } else { 1.0 }
+impl Costs {
+    /// With areas in proportion to that of `bounds`, which hold all primitives.
+    fn new(leaf_size: usize, options: &BuildOptions, bounds: &Bounds3) -> Costs {
+        let BuildOptions { bins, leaf_cost } = options.in_range();
+        let extent = bounds.diagonal().max_component();
+        let scale = if extent > 1e-36 { 1.0 / extent } else { 1.0 };
+        Costs { leaf_size, leaf: leaf_cost, bins, scale }
+    }
+}
+
+/// References to those of the primitives `0..count` that have bounds a tree can hold; in order.
+pub(crate) fn references(
+    count: usize,
+    bounds: impl Fn(usize) -> Option<Bounds3> + Sync,
+) -> Vec<PrimRef> {
+    // One that is left out is marked first, so that all can be written in place by many threads.
+    let mut refs: Vec<PrimRef> = (0..count)
+        .into_par_iter()
+        .with_min_len(1 << 12)
+        .map(|i| {
+            let made = bounds(i).and_then(|b| PrimRef::new(i as u32, &b));
+            made.unwrap_or(PrimRef::NONE)
+        })
+        .collect();
+    if refs.par_chunks(1 << 14).any(|c| c.iter().any(PrimRef::is_none)) {
+        refs.retain(|r| !r.is_none());
+    }
+    refs
 }

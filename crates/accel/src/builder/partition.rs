@@ -2,78 +2,89 @@
 
 use rayon::prelude::*;
 
+use super::PrimRef;
 use super::binning::Split;
-use super::{Extent, PrimRef};
+use super::boxes::{Box8, Extent};
 
 /// From this many primitives on, the work is shared.
 const PARALLEL: usize = 1 << 16;
 /// Primitives a task then.
 const CHUNK: usize = 1 << 14;
 
-/// How many go left, and what the two sides span. `scratch` is as long as `refs`.
-pub(super) fn partition(
-    refs: &mut [PrimRef],
-    scratch: &mut [PrimRef],
-    split: &Split,
-) -> (usize, Extent, Extent) {
-    if refs.len() >= PARALLEL {
-        return partition_shared(refs, scratch, split);
-    }
-    let (mut left, mut right) = (Extent::EMPTY, Extent::EMPTY);
+/// What the two sides span; the left one has `split.left_count` primitives.
+pub(super) fn partition(refs: &mut [PrimRef], split: &Split) -> [Extent; 2] {
+    let (_, [left, right]) = if refs.len() >= PARALLEL {
+        partition_shared(refs, split)
+    } else {
+        partition_alone(refs, split)
+    };
+    let [l, r] = split.bounds;
+    [Extent { bounds: l, centers: left }, Extent { bounds: r, centers: right }]
+}
+
+/// How many go left, and the boxes of the doubled centres of the two sides.
+fn partition_alone(refs: &mut [PrimRef], split: &Split) -> (usize, [Box8; 2]) {
+    let (mut left, mut right) = (Box8::EMPTY, Box8::EMPTY);
     let (mut i, mut j) = (0, refs.len());
     while i < j {
         if split.is_left(&refs[i]) {
-            left.add(&refs[i]);
+            left.grow(&refs[i].center_box());
             i += 1;
         } else {
-            right.add(&refs[i]);
+            right.grow(&refs[i].center_box());
             j -= 1;
             refs.swap(i, j);
         }
     }
-    (i, left, right)
+    (i, [left, right])
 }
 
-/// Stable, chunk by chunk: each chunk counts its left ones, and the counts say where in `scratch`
-/// it has to write.
-fn partition_shared(
-    refs: &mut [PrimRef],
-    scratch: &mut [PrimRef],
-    split: &Split,
-) -> (usize, Extent, Extent) {
-    let lefts: Vec<usize> =
-        refs.par_chunks(CHUNK).map(|c| c.iter().filter(|r| split.is_left(r)).count()).collect();
-    let left_count = lefts.iter().sum();
-    let (mut left_rest, mut right_rest) = scratch.split_at_mut(left_count);
-    let mut tasks = Vec::with_capacity(lefts.len());
-    for (chunk, &n) in refs.chunks(CHUNK).zip(&lefts) {
-        let (left, rest) = left_rest.split_at_mut(n);
-        left_rest = rest;
-        let (right, rest) = right_rest.split_at_mut(chunk.len() - n);
-        right_rest = rest;
-        tasks.push((chunk, left, right));
+/// Each chunk alone; then the right ones that lie too far left change places with the left ones
+/// that lie too far right.
+fn partition_shared(refs: &mut [PrimRef], split: &Split) -> (usize, [Box8; 2]) {
+    let chunks: Vec<(usize, [Box8; 2])> =
+        refs.par_chunks_mut(CHUNK).map(|chunk| partition_alone(chunk, split)).collect();
+    let left_count = chunks.iter().map(|c| c.0).sum();
+
+    let (mut lower, mut upper) = refs.split_at_mut(left_count);
+    let (mut rights, mut lefts) = (Vec::new(), Vec::new());
+    for (left, _) in &chunks {
+        let below = lower.len().min(CHUNK);
+        let (chunk, rest) = lower.split_at_mut(below);
+        lower = rest;
+        rights.push(&mut chunk[(*left).min(below)..]);
+        // The chunk may reach over into the upper part, and the last one is shorter.
+        let above = upper.len().min(CHUNK - below);
+        let (chunk, rest) = upper.split_at_mut(above);
+        upper = rest;
+        lefts.push(&mut chunk[..left.saturating_sub(below)]);
     }
-    let (left, right) = tasks
-        .into_par_iter()
-        .map(|(chunk, left, right)| {
-            let mut extents = (Extent::EMPTY, Extent::EMPTY);
-            let (mut i, mut j) = (0, 0);
-            for r in chunk {
-                if split.is_left(r) {
-                    extents.0.add(r);
-                    left[i] = *r;
-                    i += 1;
-                } else {
-                    extents.1.add(r);
-                    right[j] = *r;
-                    j += 1;
+    pairs(rights, lefts).into_par_iter().for_each(|(a, b)| a.swap_with_slice(b));
+    let centers =
+        chunks.iter().fold([Box8::EMPTY; 2], |a, (_, b)| [a[0].union(b[0]), a[1].union(b[1])]);
+    (left_count, centers)
+}
+
+/// Cuts two lists of slices, equally long in all, into pairs of equally long slices.
+fn pairs<'a, T>(a: Vec<&'a mut [T]>, b: Vec<&'a mut [T]>) -> Vec<(&'a mut [T], &'a mut [T])> {
+    let mut pairs = Vec::with_capacity(a.len() + b.len());
+    let mut b = b.into_iter();
+    let mut other: &mut [T] = &mut [];
+    for mut slice in a {
+        while !slice.is_empty() {
+            if other.is_empty() {
+                match b.next() {
+                    Some(next) => other = next,
+                    None => return pairs,
                 }
+                continue;
             }
-            extents
-        })
-        .reduce(|| (Extent::EMPTY, Extent::EMPTY), |a, b| (a.0.merge(b.0), a.1.merge(b.1)));
-    refs.par_chunks_mut(CHUNK)
-        .zip(scratch.par_chunks(CHUNK))
-        .for_each(|(to, from)| to.copy_from_slice(from));
-    (left_count, left, right)
+            let n = slice.len().min(other.len());
+            let (x, x_rest) = slice.split_at_mut(n);
+            let (y, y_rest) = other.split_at_mut(n);
+            pairs.push((x, y));
+            (slice, other) = (x_rest, y_rest);
+        }
+    }
+    pairs
 }

@@ -18,6 +18,14 @@ impl PassImage {
         PassImage { width, height, layers, data }
     }
 
+    /// A black image in memory that served before, whatever it holds.
+    pub(super) fn reusing(data: Vec<f32>, width: u32, height: u32, layers: Layers) -> PassImage {
+        let mut data = data;
+        data.clear();
+        data.resize(width as usize * height as usize * layers.stride(), 0.0);
+        PassImage { width, height, layers, data }
+    }
+
     /// Width in pixels.
     pub fn width(&self) -> u32 {
         self.width
@@ -51,7 +59,7 @@ impl PassImage {
         self.data
             .chunks_mut((width * rows) as usize * stride)
             .enumerate()
-            .map(|(i, data)| PixelBand { y: i as u32 * rows, width, layers, data })
+            .map(|(i, data)| PixelBand { y: i as u32 * rows, width, layers, stride, data })
             .collect()
     }
 
@@ -71,6 +79,8 @@ pub struct PixelBand<'a> {
     pub y: u32,
     width: u32,
     layers: &'a Layers,
+    /// [`Layers::stride`] of `layers`.
+    stride: usize,
     data: &'a mut [f32],
 }
 
@@ -102,7 +112,7 @@ pub struct PixelRecord {
 impl PixelBand<'_> {
     /// Rows in this band.
     pub fn height(&self) -> u32 {
-        (self.data.len() / (self.width as usize * self.layers.stride())) as u32
+        (self.data.len() / (self.width as usize * self.stride)) as u32
     }
 
     /// Columns.
@@ -117,14 +127,22 @@ impl PixelBand<'_> {
 
     /// Adds a camera path to the pixel at column `x` and row `y` of the band. Everything but
     /// numbers that name something is weighted by the filter.
+    #[inline]
     pub fn add(&mut self, x: u32, y: u32, r: &PixelRecord) {
-        let stride = self.layers.stride();
-        let at = (y as usize * self.width as usize + x as usize) * stride;
-        let pixel = &mut self.data[at..at + stride];
+        let at = (y as usize * self.width as usize + x as usize) * self.stride;
+        let pixel = &mut self.data[at..at + self.stride];
         for i in 0..3 {
             pixel[i] += r.weight * r.rgb[i];
         }
         pixel[3] += r.weight;
+        if self.stride > 4 {
+            self.add_features(at, r);
+        }
+    }
+
+    /// The part of [`PixelBand::add`] that pixels of colour alone do without.
+    fn add_features(&mut self, at: usize, r: &PixelRecord) {
+        let pixel = &mut self.data[at..at + self.stride];
         let mut at = 4;
         for f in self.layers.features() {
             let (values, n): ([f32; 3], usize) = match f {

@@ -34,6 +34,41 @@ pub struct PassTree {
     layers: Layers,
     /// Rising in `start`.
     nodes: Vec<Node>,
+    spare: Spare,
+}
+
+/// Memory of nodes that were joined to others, for passes to come: fresh memory costs more than
+/// the sums. No part of the tree's value.
+#[derive(Debug, Default)]
+struct Spare {
+    sums: Vec<Vec<f32>>,
+    m2s: Vec<Vec<f32>>,
+}
+
+impl Spare {
+    /// Kept of each: enough for most passes, and little beside the nodes of a longer render.
+    const KEPT: usize = 2;
+
+    fn keep(&mut self, node: Node) {
+        if self.sums.len() < Spare::KEPT {
+            self.sums.push(node.sum);
+        }
+        if self.m2s.len() < Spare::KEPT {
+            self.m2s.push(node.m2);
+        }
+    }
+}
+
+impl Clone for Spare {
+    fn clone(&self) -> Spare {
+        Spare::default()
+    }
+}
+
+impl PartialEq for Spare {
+    fn eq(&self, _: &Spare) -> bool {
+        true
+    }
 }
 
 /// Why two sums can't be joined.
@@ -51,19 +86,12 @@ impl Node {
     fn end(&self) -> u64 {
         self.start + (1 << self.level)
     }
-
-    /// True if `next` is this node's right sibling.
-    fn pairs_with(&self, next: &Node) -> bool {
-        self.level == next.level
-            && self.end() == next.start
-            && self.start.is_multiple_of(2 << self.level)
-    }
 }
 
 impl PassTree {
     /// No passes yet.
     pub fn new(width: u32, height: u32, layers: Layers) -> PassTree {
-        PassTree { width, height, layers, nodes: Vec::new() }
+        PassTree { width, height, layers, nodes: Vec::new(), spare: Spare::default() }
     }
 
     /// From stored nodes, in any order.
@@ -78,7 +106,7 @@ impl PassTree {
         if !nodes.iter().all(fits) {
             return Err(MergeError::Layout);
         }
-        let mut tree = PassTree { width, height, layers, nodes };
+        let mut tree = PassTree { width, height, layers, nodes, spare: Spare::default() };
         tree.tidy()?;
         Ok(tree)
     }
@@ -130,6 +158,12 @@ impl PassTree {
         out
     }
 
+    /// A black image of this tree's size and layers for the next pass.
+    pub fn blank(&mut self) -> PassImage {
+        let sum = self.spare.sums.pop().unwrap_or_default();
+        PassImage::reusing(sum, self.width, self.height, self.layers.clone())
+    }
+
     /// Adds a pass. Its image must have this tree's size and layers.
     pub fn push(&mut self, pass: u64, image: PassImage) -> Result<(), MergeError> {
         if (image.width(), image.height()) != (self.width, self.height)
@@ -137,7 +171,9 @@ impl PassTree {
         {
             return Err(MergeError::Layout);
         }
-        let m2 = vec![0.0; 3 * self.width as usize * self.height as usize];
+        let mut m2 = self.spare.m2s.pop().unwrap_or_default();
+        m2.clear();
+        m2.resize(3 * self.width as usize * self.height as usize, 0.0);
         self.nodes.push(Node { start: pass, level: 0, sum: image.into_data(), m2 });
         self.tidy()
     }
@@ -160,12 +196,13 @@ impl PassTree {
         let mut joined: Vec<Node> = Vec::with_capacity(self.nodes.len());
         for node in self.nodes.drain(..) {
             joined.push(node);
-            while let [.., a, b] = &joined[..] {
-                if !a.pairs_with(b) {
-                    break;
-                }
-                let (Some(b), Some(a)) = (joined.pop(), joined.pop()) else { break };
-                joined.push(join(a, b, &self.layers));
+            let chain = chain_at_end(&joined);
+            if chain > 1 {
+                let mut nodes = joined.split_off(joined.len() - chain);
+                join(&mut nodes, &self.layers);
+                let mut nodes = nodes.into_iter();
+                joined.extend(nodes.next());
+                nodes.for_each(|n| self.spare.keep(n));
             }
         }
         self.nodes = joined;
@@ -182,13 +219,16 @@ impl PassTree {
             m2: first.m2.clone(),
             layers: self.layers.clone(),
         };
+        let ids = ids(&self.layers);
         for n in nodes {
             let count = 1u64 << n.level;
-            add(
-                (&mut total.sum, &mut total.m2, total.passes),
-                (&n.sum, &n.m2, count),
-                &self.layers,
-            );
+            let stride = PIXELS * self.layers.stride();
+            let parts = total.sum.par_chunks_mut(stride).zip(total.m2.par_chunks_mut(PIXELS * 3));
+            let others = n.sum.par_chunks(stride).zip(n.m2.par_chunks(PIXELS * 3));
+            let passes = total.passes;
+            parts.zip(others).for_each(|((sum, m2), other)| {
+                add(&mut Part { sum, m2 }, passes, other, count, &ids);
+            });
             total.passes += count;
         }
         Some(total)
@@ -240,44 +280,91 @@ impl Total {
     }
 }
 
-fn join(mut a: Node, b: Node, layers: &Layers) -> Node {
-    let count = 1u64 << a.level;
-    add((&mut a.sum, &mut a.m2, count), (&b.sum, &b.m2, count), layers);
-    a.level += 1;
-    a
+/// How many of the last nodes become one: the last and its left sibling their parent, that and
+/// its left sibling theirs, and so on.
+fn chain_at_end(nodes: &[Node]) -> usize {
+    let Some(last) = nodes.last() else { return 0 };
+    let (mut start, mut level, mut count) = (last.start, last.level, 1);
+    for left in nodes.iter().rev().skip(1) {
+        let paired =
+            left.level == level && left.end() == start && left.start.is_multiple_of(2 << level);
+        if !paired {
+            break;
+        }
+        (start, level, count) = (left.start, level + 1, count + 1);
+    }
+    count
 }
 
-/// a += b, pixel by pixel: the same operations in the same order on any number of threads.
-fn add(a: (&mut [f32], &mut [f32], u64), b: (&[f32], &[f32], u64), layers: &Layers) {
-    const PIXELS: usize = 4096;
-    let stride = layers.stride();
-    let (na, nb) = (a.2 as f32, b.2 as f32);
-    let k = na * nb / (na + nb);
-    let (inv_a, inv_b) = (1.0 / na, 1.0 / nb);
-    let mut ids = vec![false; stride];
+/// Joins a chain of [`chain_at_end`] from right to left into its first node. All of it is done
+/// for some pixels before the next ones, so that what is between the ends stays in the cache.
+fn join(chain: &mut [Node], layers: &Layers) {
+    let pixels = chain.first().map_or(0, |n| n.m2.len() / 3);
+    let last = chain.last().map_or(0, |n| n.level);
+    let mut columns: Vec<Vec<Part>> = Vec::new();
+    columns.resize_with(pixels.div_ceil(PIXELS), Vec::new);
+    for node in chain.iter_mut() {
+        let parts =
+            node.sum.chunks_mut(PIXELS * layers.stride()).zip(node.m2.chunks_mut(PIXELS * 3));
+        for (column, (sum, m2)) in columns.iter_mut().zip(parts) {
+            column.push(Part { sum, m2 });
+        }
+    }
+    let ids = ids(layers);
+    columns.into_par_iter().for_each(|mut column| {
+        let mut count = 1u64 << last;
+        let Some(mut right) = column.pop() else { return };
+        while let Some(mut left) = column.pop() {
+            add(&mut left, count, (&*right.sum, &*right.m2), count, &ids);
+            count *= 2;
+            right = left;
+        }
+    });
+    chain[0].level += 1;
+}
+
+/// Pixels that are summed together.
+const PIXELS: usize = 1024;
+
+/// Some pixels of a node.
+struct Part<'a> {
+    sum: &'a mut [f32],
+    m2: &'a mut [f32],
+}
+
+/// For each number of a pixel whether it names something.
+fn ids(layers: &Layers) -> Vec<bool> {
+    let mut ids = vec![false; layers.stride()];
     for f in layers.features().iter().filter(|f| f.is_id()) {
         if let Some(at) = layers.offset(*f) {
             ids[at] = true;
         }
     }
-    a.0.par_chunks_mut(PIXELS * stride)
-        .zip(a.1.par_chunks_mut(PIXELS * 3))
-        .zip(b.0.par_chunks(PIXELS * stride).zip(b.1.par_chunks(PIXELS * 3)))
-        .for_each(|((sum_a, m2_a), (sum_b, m2_b))| {
-            let pixels = sum_a.chunks_exact_mut(stride).zip(m2_a.chunks_exact_mut(3));
-            let others = sum_b.chunks_exact(stride).zip(m2_b.chunks_exact(3));
-            for ((pa, qa), (pb, qb)) in pixels.zip(others) {
-                for c in 0..3 {
-                    let delta = pb[c] * inv_b - pa[c] * inv_a;
-                    qa[c] += qb[c] + delta * delta * k; // (1)
-                }
-                for (i, (x, y)) in pa.iter_mut().zip(pb).enumerate() {
-                    if !ids[i] {
-                        *x += y;
-                    }
-                }
+    ids
+}
+
+/// a += b, of `count_a` and `count_b` passes, pixel by pixel; numbers that name something stay.
+fn add(a: &mut Part, count_a: u64, b: (&[f32], &[f32]), count_b: u64, ids: &[bool]) {
+    let (na, nb) = (count_a as f32, count_b as f32);
+    let k = na * nb / (na + nb);
+    let (inv_a, inv_b) = (1.0 / na, 1.0 / nb);
+    let stride = ids.len();
+    let pixels = a.sum.chunks_exact_mut(stride).zip(a.m2.chunks_exact_mut(3));
+    let others = b.0.chunks_exact(stride).zip(b.1.chunks_exact(3));
+    for ((pa, qa), (pb, qb)) in pixels.zip(others) {
+        for c in 0..3 {
+            let delta = pb[c] * inv_b - pa[c] * inv_a;
+            qa[c] += qb[c] + delta * delta * k; // (1)
+        }
+        for c in 0..4 {
+            pa[c] += pb[c];
+        }
+        for c in 4..stride {
+            if !ids[c] {
+                pa[c] += pb[c];
             }
-        });
+        }
+    }
 }
 
 #[cfg(test)]
@@ -325,6 +412,41 @@ mod tests {
         }
         assert_eq!(whole.ranges(), vec![[0, 13]]);
         assert_eq!((whole.passes(), whole.next_missing(0)), (13, 13));
+    }
+
+    #[test]
+    fn chains_give_the_bits_of_one_join_after_another() {
+        // Sums and M2 of 8 passes by definition: pairs of pairs of pairs, left before right.
+        let layers = Layers::new(&[Feature::Depth, Feature::ShapeId]);
+        let (stride, ids) = (layers.stride(), ids(&layers));
+        let mut nodes: Vec<(Vec<f32>, Vec<f32>)> =
+            (0..8).map(|i| (pass(i).data().to_vec(), vec![0.0; 45])).collect();
+        for level in 0..3 {
+            let pairs = nodes.chunks(2).map(|pair| {
+                let [(mut sum, mut m2), (s, m)] = [pair[0].clone(), pair[1].clone()];
+                let mut left = Part { sum: &mut sum, m2: &mut m2 };
+                add(&mut left, 1 << level, (&s, &m), 1 << level, &ids);
+                (sum, m2)
+            });
+            nodes = pairs.collect();
+        }
+        let whole = tree(0..8);
+        assert_eq!(whole.nodes().len(), 1);
+        assert_eq!((whole.nodes()[0].sum.len(), whole.nodes()[0].level), (15 * stride, 3));
+        assert!(whole.nodes()[0].sum == nodes[0].0 && whole.nodes()[0].m2 == nodes[0].1);
+    }
+
+    #[test]
+    fn blank_images_are_black_whatever_their_memory_held() {
+        let mut t = tree(0..6);
+        for p in 6..9 {
+            let image = t.blank();
+            assert_eq!((image.width(), image.height()), (5, 3));
+            assert!(image.data().len() == pass(0).data().len());
+            assert!(image.data().iter().all(|v| *v == 0.0));
+            t.push(p, pass(p)).unwrap();
+        }
+        assert_eq!(t, tree(0..9));
     }
 
     #[test]

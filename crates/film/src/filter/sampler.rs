@@ -109,7 +109,11 @@ impl AxisSampler {
 
 /// Position in [0, 1] for u under a density that runs linearly from `a` to `b`, not both zero:
 /// the root of t² (b - a)/2 + a t = u (a + b)/2 in a form without cancellation.
+#[inline]
 fn invert_linear(u: f32, a: f32, b: f32) -> f32 {
+    if a == b {
+        return u;
+    }
     let root = (a * a * (1.0 - u) + b * b * u).sqrt();
     let denominator = a + root;
     // Zero only for u = 0 where the density starts at zero.

@@ -21,6 +21,9 @@ use sobol::Sobol;
 use stratified::Stratified;
 use zsobol::ZSobol;
 
+/// How many numbers [`Sampler::get_vertex`] draws.
+pub const VERTEX_NUMBERS: usize = 8;
+
 /// A source of primary samples that is not a point set: the state of a Markov chain.
 ///
 /// Metropolis methods implement it and hand path code [`Sampler::from_primary`], so that the
@@ -102,6 +105,22 @@ impl<'a> Sampler<'a> {
             Source::Pmj02(s) => s.get_2d(d),
             Source::Primary(s) => s.get_2d(),
         }
+    }
+
+    /// The numbers of one path vertex, drawn together, which is cheaper than one by one. The
+    /// first four are stratified together in four dimensions where the sampler can (two 2D
+    /// choices that belong together), each of the others by itself.
+    #[inline]
+    pub fn get_vertex(&mut self) -> [f32; VERTEX_NUMBERS] {
+        if let Source::Sobol(s) = &mut self.source {
+            let d = self.dimension;
+            self.dimension = d.wrapping_add(VERTEX_NUMBERS as u32);
+            return s.get_vertex(d);
+        }
+        let (a, b) = (self.get_2d(), self.get_2d());
+        let mut u = [a.x, a.y, b.x, b.y, 0.0, 0.0, 0.0, 0.0];
+        u[4..].fill_with(|| self.get_1d());
+        u
     }
 
     /// The position in the pixel; to be drawn first, so that it takes the best dimensions.

@@ -3,12 +3,13 @@
 //!
 //! Two consecutive 2D draws are four dimensions of one Sobol sequence (Joe & Kuo's direction
 //! numbers), scrambled in each; the next two take the same sequence in an order shuffled
-//! anew. The first pair of a group is a (0,2)-sequence, the second has t ≤ 2. A 1D draw is
+//! anew; so are the first four numbers of a vertex. The first pair of a group is a (0,2)-sequence, the second has t ≤ 2. A 1D draw is
 //! shuffled and scrambled by itself. All keys depend on the pixel and on the upper half of the
 //! index: beyond 2³² samples a fresh scramble begins.
 
+use super::VERTEX_NUMBERS;
 use super::sobol_matrix::{pair_reversed, pascal_reversed};
-use crate::hash::{combine, halves, nth, owen_reversed, third, unit};
+use crate::hash::{combine, halves, mix_bits_32, nth, owen_reversed, third, unit};
 use kaustika_math::Vec2;
 
 #[derive(Clone, Copy, Debug)]
@@ -53,6 +54,25 @@ impl Sobol {
     #[inline]
     pub(super) fn seek(&mut self) {
         self.half_group = None;
+    }
+
+    /// Four dimensions of one shuffled sequence, then the first dimension of four others. Keys,
+    /// shuffles and scrambles are the same operations on eight lanes, which the compiler makes
+    /// vector instructions of.
+    #[inline]
+    pub(super) fn get_vertex(&mut self, dimension: u32) -> [f32; VERTEX_NUMBERS] {
+        self.half_group = None;
+        let (high, low) = halves(nth(self.key, dimension));
+        // Lane 0's shuffle serves the first four.
+        let shuffles: [u32; VERTEX_NUMBERS] =
+            std::array::from_fn(|lane| mix_bits_32(high ^ (lane.saturating_sub(3) as u32) << 28));
+        let scrambles: [u32; VERTEX_NUMBERS] =
+            std::array::from_fn(|lane| mix_bits_32(low ^ (lane as u32) << 28));
+        let mut x = shuffles.map(|seed| owen_reversed(self.index_reversed, seed).reverse_bits());
+        let i = x[0];
+        x[1] = pascal_reversed(i);
+        (x[2], x[3]) = pair_reversed(i);
+        std::array::from_fn(|lane| scrambled(x[lane], scrambles[lane]))
     }
 
     #[inline(never)]

@@ -3,6 +3,7 @@
 
 use crate::support::*;
 use kaustika_math::{ONE_MINUS_EPSILON, Vec2};
+use kaustika_sampling::sampler::VERTEX_NUMBERS;
 use kaustika_sampling::{PrimarySample, Sampler, SamplerKind};
 
 /// Pixels, indices and dimensions at which a long render may arrive.
@@ -36,8 +37,12 @@ fn values_are_in_range_and_repeat() {
                             let b = s.get_2d();
                             let c = s.get_pixel_2d();
                             assert_eq!(s.dimension(), d + 5);
+                            let v = s.get_vertex();
+                            assert_eq!(s.dimension(), d + 5 + VERTEX_NUMBERS as u32);
                             let f = s.fork(1).get_1d();
-                            [a, b.x, b.y, c.x, c.y, f]
+                            let mut u = vec![a, b.x, b.y, c.x, c.y, f];
+                            u.extend(v);
+                            u
                         };
                         let u = draw();
                         assert_eq!(u, draw());
@@ -98,15 +103,26 @@ fn grid_p(
     chi_square(&counts, &[f64::from(n) / 64.0; 64])
 }
 
+/// Two of a vertex's numbers.
+fn pair(s: &mut Sampler, i: usize, j: usize) -> Vec2 {
+    let u = s.get_vertex();
+    Vec2::new(u[i], u[j])
+}
+
 #[test]
 fn each_draw_is_uniform_whatever_its_index_and_dimension() {
     let kinds = SamplerKind::ALL;
     // Two numbers drawn together, one after the other, and two draws after one another.
-    let draws: [fn(&mut Sampler) -> Vec2; 4] = [
+    let draws: [fn(&mut Sampler) -> Vec2; 8] = [
         |s| s.get_2d(),
         |s| Vec2::new(s.get_1d(), s.get_1d()),
         |s| Vec2::new(s.get_2d().x, s.get_2d().y),
         |s| Vec2::new(s.fork(3).get_1d(), s.fork(4).get_1d()),
+        // Numbers of a vertex: of one group, of two, and of two vertices.
+        |s| pair(s, 0, 1),
+        |s| pair(s, 2, 4),
+        |s| pair(s, 5, 6),
+        |s| Vec2::new(s.get_vertex()[0], s.get_vertex()[0]),
     ];
     let tests = kinds.len() * INDICES.len() * DIMENSIONS.len() * draws.len();
     for kind in kinds {
@@ -131,17 +147,19 @@ fn projections_on_dimension_pairs_fill_the_square() {
     // points (an exact Owen scrambling with a strong hash per node shows the same). Hence half
     // counts.
     let pairs = [(0, 1), (0, 2), (0, 4), (1, 3), (2, 5), (3, 11), (0, 40), (6, 44), (20, 45)];
-    let tests = SamplerKind::ALL.len() * pairs.len() * 4;
+    let tests = SamplerKind::ALL.len() * pairs.len() * 6;
     for kind in SamplerKind::ALL {
-        for (mode, first) in [(0, 0u64), (1, 0), (0, (1 << 32) - 2048), (1, 1 << 33)] {
+        for (mode, first) in
+            [(0, 0u64), (1, 0), (2, 0), (0, (1 << 32) - 2048), (1, 1 << 33), (2, 1 << 33)]
+        {
             let plan = plan(kind, 5, 4096);
             let mut counts = vec![[0f64; 16]; pairs.len()];
             for i in 0..4096 {
                 let mut s = plan.start([1, 2], first + i);
-                let u: Vec<f32> = if mode == 0 {
-                    (0..46).map(|_| s.get_1d()).collect()
-                } else {
-                    (0..23).map(|_| s.get_2d()).flat_map(|v| [v.x, v.y]).collect()
+                let u: Vec<f32> = match mode {
+                    0 => (0..46).map(|_| s.get_1d()).collect(),
+                    1 => (0..23).map(|_| s.get_2d()).flat_map(|v| [v.x, v.y]).collect(),
+                    _ => (0..6).flat_map(|_| s.get_vertex()).collect(),
                 };
                 for (pair, counts) in pairs.iter().zip(&mut counts) {
                     counts[(u[pair.0] * 4.0) as usize * 4 + (u[pair.1] * 4.0) as usize] += 0.5;

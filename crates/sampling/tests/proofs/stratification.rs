@@ -63,6 +63,30 @@ fn aligned_blocks_are_nets() {
 }
 
 #[test]
+fn vertices_of_sobol_are_stratified() {
+    for (seed, n, block) in [(0, 256u64, 0), (1, 1024, 3), (2, 64, (1 << 32 >> 6) - 1)] {
+        let plan = plan(SamplerKind::Sobol, seed, 1);
+        let vertices: Vec<[f32; 8]> = (block * n..(block + 1) * n)
+            .map(|i| {
+                let mut s = plan.start([7, 9], i);
+                s.get_2d();
+                s.get_vertex();
+                s.get_vertex()
+            })
+            .collect();
+        let pair = |i, j| -> Vec<Vec2> {
+            vertices.iter().map(|u: &[f32; 8]| Vec2::new(u[i], u[j])).collect()
+        };
+        assert!(is_net(&pair(0, 1), 0) && is_net(&pair(2, 3), 2), "seed {seed}");
+        for number in 0..8 {
+            let mut counts = vec![0; n as usize];
+            vertices.iter().for_each(|u| counts[(u[number] * n as f32) as usize] += 1);
+            assert!(counts.iter().all(|&c| c == 1), "seed {seed} number {number}");
+        }
+    }
+}
+
+#[test]
 fn one_dimensional_draws_are_stratified() {
     for kind in
         [SamplerKind::Stratified, SamplerKind::Sobol, SamplerKind::ZSobol, SamplerKind::Pmj02]

@@ -99,20 +99,33 @@ pub struct Bsdf<'a> {
     ng: Vec3,
     parts: ArrayVec<Part<'a>, MAX_PARTS>,
     total: f32,
+    lobes: Lobes,
+}
+
+impl Default for Bsdf<'_> {
+    /// Absorbs everything.
+    fn default() -> Self {
+        Bsdf { ng: Vec3::ZERO, parts: ArrayVec::new(), total: 0.0, lobes: Lobes::NONE }
+    }
 }
 
 impl<'a> Bsdf<'a> {
-    /// A BSDF without any model yet: it absorbs everything.
+    /// Forgets all models, for a surface with geometric normal `ng`.
     #[inline]
-    pub fn new(ng: Vec3) -> Bsdf<'a> {
-        Bsdf { ng, parts: ArrayVec::new(), total: 0.0 }
+    pub fn reset(&mut self, ng: Vec3) {
+        self.ng = ng;
+        self.parts.clear();
+        self.total = 0.0;
+        self.lobes = Lobes::NONE;
     }
 
     /// Adds a model.
-    #[inline]
+    #[inline(always)]
     pub fn push(&mut self, part: Part<'a>) {
-        if part.weight > 0.0 && self.parts.try_push(part).is_ok() {
+        if part.weight > 0.0 && !self.parts.is_full() {
             self.total += part.weight;
+            self.lobes = self.lobes | part.model.lobes();
+            self.parts.push(part);
         }
     }
 
@@ -152,6 +165,26 @@ impl<'a> Bsdf<'a> {
         (forward / self.total, reverse / self.total)
     }
 
+    /// [`Bsdf::eval`] and [`Bsdf::pdf`] at once: what light sampling asks for.
+    #[inline]
+    pub fn eval_pdf(&self, wo: Vec3, wi: Vec3, mode: Mode, lobes: Lobes) -> (Spectrum, (f32, f32)) {
+        let (mut value, mut forward, mut reverse) = (Spectrum::ZERO, 0.0, 0.0);
+        for part in &self.parts {
+            let (o, i) = (part.frame.to_local(wo), part.frame.to_local(wi));
+            if part.passes_guard((o, wo), (i, wi), mode) {
+                let k = part.weight
+                    * part.correction(wo, wi, self.ng, mode)
+                    * part.shadowing(wo, wi, mode);
+                let (v, (f, r)) = part.model.eval_pdf(o, i, mode, lobes);
+                value += v * k;
+                forward += part.weight * f;
+                reverse += part.weight * r;
+            }
+        }
+        let inv = 1.0 / self.total;
+        (value, (forward * inv, reverse * inv))
+    }
+
     /// Draws a direction from `lobes`.
     #[inline]
     pub fn sample(
@@ -179,8 +212,9 @@ impl<'a> Bsdf<'a> {
                 s.pdf *= p;
                 s.pdf_rev *= p;
             } else {
-                (s.pdf, s.pdf_rev) = self.pdf(wo, wi, mode, lobes); // (1)
-                s.weight = self.eval(wo, wi, mode, lobes) / s.pdf;
+                let (value, pdf) = self.eval_pdf(wo, wi, mode, lobes);
+                (s.pdf, s.pdf_rev) = pdf; // (1)
+                s.weight = value / s.pdf;
             }
         }
         (s.pdf > 0.0).then_some(s)
@@ -218,7 +252,7 @@ impl<'a> Bsdf<'a> {
     /// The classes it can scatter into.
     #[inline]
     pub fn lobes(&self) -> Lobes {
-        self.parts.iter().fold(Lobes::NONE, |l, p| l | p.model.lobes())
+        self.lobes
     }
 
     /// Normal of the first model's frame.

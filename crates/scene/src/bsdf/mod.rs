@@ -114,6 +114,12 @@ pub trait Scatter {
     /// Densities per solid angle (forward, reverse) of sampling from `lobes`.
     fn pdf(&self, wo: Vec3, wi: Vec3, mode: Mode, lobes: Lobes) -> (f32, f32);
 
+    /// [`Scatter::eval`] and [`Scatter::pdf`] at once, for models where they share work.
+    #[inline]
+    fn eval_pdf(&self, wo: Vec3, wi: Vec3, mode: Mode, lobes: Lobes) -> (Spectrum, (f32, f32)) {
+        (self.eval(wo, wi, mode, lobes), self.pdf(wo, wi, mode, lobes))
+    }
+
     /// Draws a direction from `lobes` with `uc` (choice) and `u2` (direction), uniform in [0,1).
     fn sample(&self, wo: Vec3, uc: f32, u2: Vec2, mode: Mode, lobes: Lobes) -> Option<BsdfSample>;
 

@@ -28,6 +28,10 @@ macro_rules! models {
                 match self { $(Model::$Name(m) => m.pdf(wo, wi, mode, lobes)),+ }
             }
             #[inline]
+            fn eval_pdf(&self, wo: Vec3, wi: Vec3, mode: Mode, lobes: Lobes) -> (Spectrum, (f32, f32)) {
+                match self { $(Model::$Name(m) => m.eval_pdf(wo, wi, mode, lobes)),+ }
+            }
+            #[inline]
             fn sample(&self, wo: Vec3, uc: f32, u2: Vec2, mode: Mode, lobes: Lobes) -> Option<BsdfSample> {
                 match self { $(Model::$Name(m) => m.sample(wo, uc, u2, mode, lobes)),+ }
             }

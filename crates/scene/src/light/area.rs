@@ -40,22 +40,27 @@ pub struct AreaLight {
 }
 
 impl AreaLight {
+    /// Radiance leaving the point `p` with normal `n` along `w`; `uv` is asked for only where
+    /// the radiance varies.
+    #[inline]
     fn emitted(
         &self,
         scene: &Scene,
-        n: Vec3,
-        uv: Vec2,
-        p: Vec3,
+        (p, n): (Vec3, Vec3),
         w: Vec3,
         lambda: &Wavelengths,
+        uv: impl FnOnce() -> Vec2,
     ) -> Spectrum {
         if !self.two_sided && n.dot(w) <= 0.0 {
             return Spectrum::ZERO;
         }
+        if let Some(radiance) = scene.textures.uniform(self.radiance, lambda) {
+            return radiance * self.scale;
+        }
         let at = crate::texture::TexturePoint {
             p,
             n,
-            uv,
+            uv: uv(),
             uv_width: 0.0,
             triangle: u32::MAX,
             barycentrics: Vec2::ZERO,
@@ -66,10 +71,11 @@ impl AreaLight {
     /// Radiance leaving `s` along `w`.
     #[inline]
     pub fn le(&self, scene: &Scene, s: &Surface, w: Vec3, lambda: &Wavelengths) -> Spectrum {
-        self.emitted(scene, s.ng, s.uv, s.p, w, lambda)
+        self.emitted(scene, (s.p, s.ng), w, lambda, || s.uv)
     }
 
     /// A point of the surface and its density per area.
+    #[inline]
     fn sample_area(&self, scene: &Scene, u: Vec2) -> (ShapeSample, f32) {
         let g = &scene.geometry;
         match self.shape {
@@ -78,7 +84,17 @@ impl AreaLight {
         }
     }
 
+    /// Surface parameters of what [`AreaLight::sample_area`] gives for `u`.
+    fn sampled_uv(&self, scene: &Scene, u: Vec2, p: Vec3) -> Vec2 {
+        let g = &scene.geometry;
+        match self.shape {
+            AreaShape::Triangle(i, _) => g.triangles.uv(i, warp::triangle(u)),
+            AreaShape::Quadric(i) | AreaShape::Sphere(i, ..) => g.quadrics[i as usize].uv_at(p),
+        }
+    }
+
     /// A direction from `from` to the light.
+    #[inline]
     pub fn sample_li(
         &self,
         scene: &Scene,
@@ -105,7 +121,7 @@ impl AreaLight {
                 let p = center + n * radius;
                 let outward = if quadric.flip { -n } else { n };
                 let p_error = (center.abs() + Vec3::splat(radius)) * gamma(6);
-                let s = ShapeSample { p, p_error, n: outward, uv: quadric.uv_at(p) };
+                let s = ShapeSample { p, p_error, n: outward };
                 (s, wi, warp::uniform_cone_pdf_w(one_minus_cos_max)) // (2)
             }
             _ => {
@@ -120,7 +136,8 @@ impl AreaLight {
         if pdf_w <= 0.0 {
             return None;
         }
-        let le = self.emitted(scene, s.n, s.uv, s.p, -wi, lambda);
+        let uv = || self.sampled_uv(scene, u, s.p);
+        let le = self.emitted(scene, (s.p, s.n), -wi, lambda, uv);
         Some(LightSample { wi, p: s.p, p_error: s.p_error, n: s.n, pdf_w, le, delta: false })
     }
 
@@ -165,7 +182,8 @@ impl AreaLight {
         if pdf_w <= 0.0 {
             return None;
         }
-        let le = self.emitted(scene, s.n, s.uv, s.p, w, lambda);
+        let uv = || self.sampled_uv(scene, u, s.p);
+        let le = self.emitted(scene, (s.p, s.n), w, lambda, uv);
         let ray = Ray::new(offset_origin(s.p, s.p_error, s.n, w), w);
         Some(EmittedRay { ray, le, n, pdf_a, pdf_w, cos: local.z })
     }
@@ -192,7 +210,8 @@ impl AreaLight {
         let sides = if self.two_sided { 2.0 } else { 1.0 };
         let radiance = |u: Vec2| {
             let (s, pdf_a) = self.sample_area(scene, u);
-            (self.emitted(scene, s.n, s.uv, s.p, s.n, lambda), pdf_a)
+            let uv = || self.sampled_uv(scene, u, s.p);
+            (self.emitted(scene, (s.p, s.n), s.n, lambda, uv), pdf_a)
         };
         if scene.textures.constant(self.radiance).is_some() {
             return radiance(Vec2::splat(0.5)).0 * (sides * PI * self.area(scene));

@@ -3,7 +3,7 @@
 use super::{Light, LightBvh};
 use crate::Scene;
 use crate::surface::LightId;
-use kaustika_math::{ONE_MINUS_EPSILON, Vec3};
+use kaustika_math::{ONE_MINUS_EPSILON, Vec2, Vec3};
 use kaustika_sampling::distribution::Discrete;
 use kaustika_spectra::{ColorMode, Wavelengths};
 use std::str::FromStr;
@@ -92,19 +92,30 @@ impl LightSelection {
         LightSelection(table.map_or(Selection::Dark, Selection::Table))
     }
 
-    /// A light for the scene point `p` with normal `n` (zero where there is none), and its
-    /// probability; `None` if there is no light.
+    /// A light for the scene point `p` with normal `n` (zero where there is none), its
+    /// probability, and uniform numbers for a point of it; `None` if there is no light.
+    ///
+    /// A table of few lights takes the choice out of `u2` and returns what it leaves, so that the points of few
+    /// lights, as of the two triangles of a rectangle, are stratified together; otherwise
+    /// `u` is spent.
     #[inline]
-    pub fn sample(&self, p: Vec3, n: Vec3, u: f32) -> Option<(LightId, f32)> {
-        let (light, pmf) = match &self.0 {
+    pub fn sample(&self, p: Vec3, n: Vec3, u: f32, u2: Vec2) -> Option<(LightId, f32, Vec2)> {
+        let (light, pmf, u2) = match &self.0 {
             Selection::Dark => return None,
+            Selection::Table(table) if table.len() <= FEW_LIGHTS => {
+                let s = table.sample(u2.x);
+                (LightId(s.index as u32), s.pmf, Vec2::new(s.u, u2.y))
+            }
             Selection::Table(table) => {
                 let s = table.sample(u);
-                (LightId(s.index as u32), s.pmf)
+                (LightId(s.index as u32), s.pmf, u2)
             }
-            Selection::Hierarchy(h) => h.sample(p, n, u)?,
+            Selection::Hierarchy(h) => {
+                let (light, pmf) = h.sample(p, n, u)?;
+                (light, pmf, u2)
+            }
         };
-        (pmf > 0.0).then_some((light, pmf))
+        (pmf > 0.0).then_some((light, pmf, u2))
     }
 
     /// Probability of [`LightSelection::sample`] choosing `light` for the same point.

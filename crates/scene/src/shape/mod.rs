@@ -9,7 +9,7 @@ mod triangle;
 pub use quadric::{Quadric, QuadricForm, QuadricHit};
 pub use triangle::{MeshRange, TriangleStore};
 
-use kaustika_math::{Vec2, Vec3};
+use kaustika_math::Vec3;
 
 /// A point chosen on a shape.
 #[derive(Clone, Copy, Debug)]
@@ -20,8 +20,6 @@ pub struct ShapeSample {
     pub p_error: Vec3,
     /// Geometric normal on the front side, unit.
     pub n: Vec3,
-    /// Surface parameters there.
-    pub uv: Vec2,
 }
 
 /// Density per area at distance² `d2`, seen under `cos` at the surface, as density per solid

@@ -5,7 +5,7 @@
 
 use super::ShapeSample;
 use crate::surface::{LightId, Surface};
-use kaustika_math::{Bounds3, Frame, Ray, Transform, Vec2, Vec3, gamma, sqr, warp};
+use kaustika_math::{Bounds3, Ray, Transform, Vec2, Vec3, gamma, sqr, warp};
 use std::f32::consts::PI;
 
 /// The form in its own space.
@@ -138,10 +138,7 @@ impl Quadric {
                 QuadricForm::Disk { height, .. } => q[2] = height as f64,
             }
             let p = Vec3::new(q[0] as f32, q[1] as f32, q[2] as f32);
-            let mut phi = p.y.atan2(p.x);
-            if phi < 0.0 {
-                phi += 2.0 * PI;
-            }
+            let phi = azimuth(p);
             let inside = match self.form {
                 QuadricForm::Sphere { radius, z_min, z_max } => {
                     (z_min <= -radius || p.z >= z_min) && (z_max >= radius || p.z <= z_max)
@@ -214,9 +211,9 @@ impl Quadric {
     }
 
     /// The surface at a hit.
-    pub fn surface(&self, hit: &QuadricHit, time: f32) -> Surface {
-        let (uv, dpdu, dpdv) = self.parameters(hit.p, hit.phi);
-        let (dpdu, dpdv) = (self.to_world.vector(dpdu), self.to_world.vector(dpdv));
+    /// `number` is the shape's own in the scene's list.
+    pub fn surface(&self, number: u32, hit: &QuadricHit, time: f32) -> Surface {
+        let (uv, ..) = self.parameters(hit.p, hit.phi);
         let ng = self.world_normal(hit.p);
         let (p, p_error) = self.world_point(hit.p);
         Surface {
@@ -224,13 +221,13 @@ impl Quadric {
             p_error,
             t: hit.t,
             ng,
-            frame: Frame::from_normal_tangent(ng, dpdu),
+            ns: ng,
             uv,
-            dpdu,
-            dpdv,
             footprint: 0.0,
             shape: self.shape,
             triangle: u32::MAX,
+            quadric: number,
+            instance: None,
             barycentrics: Vec2::ZERO,
             light: self.light,
             time,
@@ -265,13 +262,8 @@ impl Quadric {
                 Vec3::new(r * c, r * s, height)
             }
         };
-        let mut phi = p.y.atan2(p.x);
-        if phi < 0.0 {
-            phi += 2.0 * PI;
-        }
-        let (uv, ..) = self.parameters(p, phi);
         let (world, p_error) = self.world_point(p);
-        let sample = ShapeSample { p: world, p_error, n: self.world_normal(p), uv };
+        let sample = ShapeSample { p: world, p_error, n: self.world_normal(p) };
         (sample, self.pdf_a(p))
     }
 
@@ -331,12 +323,21 @@ impl Quadric {
     /// Surface parameters of the world point `p` on it.
     pub fn uv_at(&self, p: Vec3) -> Vec2 {
         let q = self.to_world.inverse().point(p);
-        let mut phi = q.y.atan2(q.x);
-        if phi < 0.0 {
-            phi += 2.0 * PI;
-        }
-        self.parameters(q, phi).0
+        self.parameters(q, azimuth(q)).0
     }
+
+    /// ∂p/∂u and ∂p/∂v at the world point `p` on it.
+    pub fn tangents_at(&self, p: Vec3) -> (Vec3, Vec3) {
+        let q = self.to_world.inverse().point(p);
+        let (_, dpdu, dpdv) = self.parameters(q, azimuth(q));
+        (self.to_world.vector(dpdu), self.to_world.vector(dpdv))
+    }
+}
+
+/// Azimuth of an own-space point in [0, 2π).
+fn azimuth(p: Vec3) -> f32 {
+    let phi = p.y.atan2(p.x);
+    if phi < 0.0 { phi + 2.0 * PI } else { phi }
 }
 
 /// Roots of a t² + 2b t + c in rising order.
@@ -380,7 +381,7 @@ mod tests {
                 let ray = Ray::new(o, (target.p - o).normalize());
                 let Some(hit) = q.intersect(&ray, f32::INFINITY) else { continue };
                 hits += 1;
-                let s = q.surface(&hit, 0.0);
+                let s = q.surface(0, &hit, 0.0);
                 assert!((s.p - ray.at(hit.t)).length() < 2e-4);
                 assert!((s.uv - q.uv_at(s.p)).length() < 2e-2 || s.uv.x < 0.01 || s.uv.x > 0.99);
                 // A ray leaving outward along the normal does not meet the same point again.

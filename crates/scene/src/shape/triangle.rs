@@ -3,7 +3,7 @@
 use super::ShapeSample;
 use crate::surface::{LightId, Surface};
 use kaustika_math::ray::triangle_point_error;
-use kaustika_math::{Frame, Vec2, Vec3, warp};
+use kaustika_math::{Vec2, Vec3, warp};
 
 /// A mesh's part of the arrays.
 #[derive(Clone, Copy, Debug, Default)]
@@ -71,73 +71,84 @@ impl TriangleStore {
     }
 
     /// Geometric normal of the front side: of the corners' winding, turned to the side of the
-    /// shading normals where there are some, reversed if the mesh asks for it.
-    fn geometric_normal(&self, triangle: u32, mesh: &MeshRange, b: [f32; 3]) -> Vec3 {
-        let [p0, p1, p2] = self.corners(triangle);
+    /// shading normal `ns` (of any length) where there is one, reversed if the mesh asks for it.
+    #[inline]
+    fn geometric_normal([p0, p1, p2]: [Vec3; 3], mesh: &MeshRange, ns: Option<Vec3>) -> Vec3 {
         let n = (p1 - p0).cross(p2 - p0).normalize();
         let n = if mesh.flip { -n } else { n };
-        if mesh.has_normals {
-            let ns = self.interpolated_normal(triangle, mesh, b);
-            return n.face_forward(ns);
+        match ns {
+            Some(ns) => n.face_forward(ns),
+            None => n,
         }
-        n
     }
 
-    /// Interpolated shading normal, not unit; zero if the vertices cancel.
-    fn interpolated_normal(&self, triangle: u32, mesh: &MeshRange, b: [f32; 3]) -> Vec3 {
+    /// Interpolated shading normal, not unit; zero if the vertices cancel. `None` where the mesh
+    /// has none.
+    #[inline]
+    fn interpolated_normal(&self, triangle: u32, mesh: &MeshRange, b: [f32; 3]) -> Option<Vec3> {
+        if !mesh.has_normals {
+            return None;
+        }
         let [i, j, k] = self.indices[triangle as usize].map(|i| self.normals[i as usize]);
         let n = i * b[0] + j * b[1] + k * b[2];
-        if mesh.flip { -n } else { n }
+        Some(if mesh.flip { -n } else { n })
+    }
+
+    /// Surface parameters at barycentric weights `b`.
+    #[inline]
+    pub fn uv(&self, triangle: u32, b: [f32; 3]) -> Vec2 {
+        let uvs = self.corner_uvs(triangle);
+        uvs[0] * b[0] + uvs[1] * b[1] + uvs[2] * b[2]
     }
 
     /// The surface at barycentric weights `b`, met at ray parameter `t`.
+    #[inline]
     pub fn surface(&self, triangle: u32, b: [f32; 3], t: f32, time: f32) -> Surface {
         let mesh = self.mesh(triangle);
         let corners = self.corners(triangle);
         let [p0, p1, p2] = corners;
-        let p = p0 * b[0] + p1 * b[1] + p2 * b[2];
-        let uvs = self.corner_uvs(triangle);
-        let uv = uvs[0] * b[0] + uvs[1] * b[1] + uvs[2] * b[2];
-        let ng = self.geometric_normal(triangle, mesh, b);
-        let (dpdu, dpdv) = partial_derivatives(corners, uvs, ng);
-        let ns = match mesh.has_normals {
-            true => self.interpolated_normal(triangle, mesh, b).try_normalize().unwrap_or(ng),
-            false => ng,
-        };
+        let interpolated = self.interpolated_normal(triangle, mesh, b);
+        let ng = Self::geometric_normal(corners, mesh, interpolated);
         Surface {
-            p,
+            p: p0 * b[0] + p1 * b[1] + p2 * b[2],
             p_error: triangle_point_error(corners, b),
             t,
             ng,
-            frame: Frame::from_normal_tangent(ns, dpdu),
-            uv,
-            dpdu,
-            dpdv,
+            ns: interpolated.and_then(Vec3::try_normalize).unwrap_or(ng),
+            uv: self.uv(triangle, b),
             footprint: 0.0,
             shape: mesh.shape,
             triangle,
+            quadric: u32::MAX,
+            instance: None,
             barycentrics: Vec2::new(b[1], b[2]),
             light: mesh.first_light.map(|l| LightId(l + triangle - mesh.first)),
             time,
         }
     }
 
+    /// ∂p/∂u and ∂p/∂v; some tangents where the uvs are degenerate.
+    pub fn tangents(&self, triangle: u32) -> (Vec3, Vec3) {
+        partial_derivatives(self.corners(triangle), self.corner_uvs(triangle))
+    }
+
     /// A point uniform over the triangle's area (density 1 / [`TriangleStore::area`]).
+    #[inline]
     pub fn sample(&self, triangle: u32, u: Vec2) -> ShapeSample {
         let b = warp::triangle(u);
+        let mesh = self.mesh(triangle);
         let corners = self.corners(triangle);
-        let uvs = self.corner_uvs(triangle);
+        let ns = self.interpolated_normal(triangle, mesh, b);
         ShapeSample {
             p: corners[0] * b[0] + corners[1] * b[1] + corners[2] * b[2],
             p_error: triangle_point_error(corners, b),
-            n: self.geometric_normal(triangle, self.mesh(triangle), b),
-            uv: uvs[0] * b[0] + uvs[1] * b[1] + uvs[2] * b[2],
+            n: Self::geometric_normal(corners, mesh, ns),
         }
     }
 }
 
 /// ∂p/∂u and ∂p/∂v of a triangle; some tangents where the uvs are degenerate.
-fn partial_derivatives(p: [Vec3; 3], uv: [Vec2; 3], n: Vec3) -> (Vec3, Vec3) {
+fn partial_derivatives(p: [Vec3; 3], uv: [Vec2; 3]) -> (Vec3, Vec3) {
     let (d1, d2) = (uv[1] - uv[0], uv[2] - uv[0]);
     let (e1, e2) = (p[1] - p[0], p[2] - p[0]);
     let det = kaustika_math::diff_of_products(d1.x, d2.y, d1.y, d2.x);
@@ -149,5 +160,5 @@ fn partial_derivatives(p: [Vec3; 3], uv: [Vec2; 3], n: Vec3) -> (Vec3, Vec3) {
             return (dpdu, dpdv);
         }
     }
-    n.coordinate_system()
+    e1.cross(e2).normalize().coordinate_system()
 }

@@ -144,6 +144,16 @@ impl Textures {
         }
     }
 
+    /// The value as a spectrum if it is the same at every point.
+    #[inline]
+    pub fn uniform(&self, id: TextureId, lambda: &Wavelengths) -> Option<Spectrum> {
+        match &self.nodes[id.0 as usize] {
+            Node::Float(v) => Some(Spectrum::splat(*v)),
+            Node::Spectrum { value, .. } => Some(value.eval(lambda)),
+            _ => None,
+        }
+    }
+
     /// The value as a spectrum at the path's wavelengths; a number is the same in every lane.
     pub fn spectrum(&self, id: TextureId, at: &TexturePoint, lambda: &Wavelengths) -> Spectrum {
         let role = self.roles[id.0 as usize];

@@ -16,7 +16,7 @@ use crate::frame::Frame;
 use crate::method::PassStats;
 use crate::roulette::{Roulette, WalkState};
 use kaustika_film::accumulate::PixelRecord;
-use kaustika_math::{Ray, Vec3};
+use kaustika_math::{Ray, Vec2, Vec3};
 use kaustika_sampling::{MisHeuristic, Sampler};
 use kaustika_scene::bsdf::{Bsdf, Lobes, Mode};
 use kaustika_scene::{CameraRay, LightId, Scene, Surface};
@@ -121,32 +121,40 @@ impl<'a> Integrator<'a> {
         let mut depth = 0;
         let mut passages = 0;
         let mut footprint = camera.width * scene.footprint_scale;
+        let mut bsdf = Bsdf::default();
         let mut previous = Previous { p: ray.o, n: Vec3::ZERO, pdf_w: 1.0, delta: true };
 
         loop {
             // Find the next path vertex.
             stats.closest_rays += 1;
-            let hit = scene.intersect(&ray, t_max);
+            let hit = scene.hit(&ray, t_max);
             t_max = f32::INFINITY;
             let wo = -ray.d;
 
             // Add what it emits toward the path: the BSDF's term of (1).
-            if self.counts(depth) && !(depth == 0 && self.hide_emitters) {
-                radiance += beta * self.emission(hit.as_ref(), &ray, &previous, &lambda);
+            let shown = self.counts(depth) && !(depth == 0 && self.hide_emitters);
+            let Some(hit) = &hit else {
+                if shown {
+                    radiance += beta * self.escaped(&ray, &previous, &lambda);
+                }
+                break;
+            };
+            let mut surface = scene.geometry.surface(hit, &ray);
+            if let (true, Some(id)) = (shown, surface.light) {
+                radiance += beta * self.emitted(id, &surface, &ray, &previous, &lambda);
             }
-            let Some(mut surface) = hit else { break };
             footprint += camera.spread * scene.footprint_scale * surface.t;
             surface.footprint = footprint;
 
             // What is there?
-            let Some(bsdf) = scene.bsdf(&surface, wo, &mut lambda) else {
+            if !scene.bsdf_into(&surface, wo, &mut lambda, &mut bsdf) {
                 passages += 1;
                 if passages > MAX_PASSAGES {
                     break;
                 }
                 ray = surface.spawn(ray.d);
                 continue;
-            };
+            }
             if let Some(record) = record.take() {
                 describe(scene, &surface, &bsdf, wo, &lambda, record);
             }
@@ -155,9 +163,9 @@ impl<'a> Integrator<'a> {
             }
 
             // Every vertex draws as many numbers, so that those of one kind stay together.
-            let (u_light, u2_light) = (sampler.get_1d(), sampler.get_2d());
-            let (uc, u2) = (sampler.get_1d(), sampler.get_2d());
-            let u_survive = sampler.get_1d();
+            let u = sampler.get_vertex();
+            let (u2_light, u2) = (Vec2::new(u[0], u[1]), Vec2::new(u[2], u[3]));
+            let [u_light, uc, u_survive] = [u[4], u[5], u[6]];
 
             // Sample a light: its term of (1).
             if self.counts(depth + 1) && bsdf.lobes().has(Lobes::SMOOTH) {
@@ -201,38 +209,43 @@ impl<'a> Integrator<'a> {
         depth <= self.max_depth && self.only_depth.is_none_or(|d| d == depth)
     }
 
-    /// w_b Lₑ of what the ray met, or of what surrounds the scene.
-    fn emission(
+    /// w_b of a light that was met.
+    #[inline]
+    fn weight(&self, previous: &Previous, light: LightId, pdf_li: f32) -> f32 {
+        if previous.delta {
+            return 1.0;
+        }
+        let p = self.scene.light_selection.pmf(previous.p, previous.n, light);
+        self.mis.bsdf(p * pdf_li, previous.pdf_w) // (3)
+    }
+
+    /// w_b Lₑ of the light that the ray met.
+    #[inline(never)]
+    fn emitted(
         &self,
-        hit: Option<&Surface>,
+        id: LightId,
+        s: &Surface,
         ray: &Ray,
         previous: &Previous,
         lambda: &Wavelengths,
     ) -> Spectrum {
-        let scene = self.scene;
-        let weight = |light: LightId, pdf_li: f32| {
-            if previous.delta {
-                return 1.0;
-            }
-            let p = scene.light_selection.pmf(previous.p, previous.n, light);
-            self.mis.bsdf(p * pdf_li, previous.pdf_w) // (3)
-        };
-        match hit {
-            Some(s) => {
-                let Some(id) = s.light else { return Spectrum::ZERO };
-                let light = scene.light(id);
-                let le = light.le(scene, s, -ray.d, lambda);
-                if le.is_black() {
-                    return le;
-                }
-                le * weight(id, light.pdf_li(scene, previous.p, s, ray.d))
-            }
-            None => scene.environments.iter().fold(Spectrum::ZERO, |sum, &id| {
-                let light = scene.light(id);
-                let le = light.le_escaped(ray.d, lambda);
-                sum + le * weight(id, light.pdf_li_escaped(ray.d))
-            }),
+        let light = self.scene.light(id);
+        let le = light.le(self.scene, s, -ray.d, lambda);
+        if le.is_black() {
+            return le;
         }
+        let pdf_li = light.pdf_li(self.scene, previous.p, s, ray.d);
+        le * self.weight(previous, id, pdf_li)
+    }
+
+    /// w_b Lₑ of what surrounds the scene.
+    #[inline(never)]
+    fn escaped(&self, ray: &Ray, previous: &Previous, lambda: &Wavelengths) -> Spectrum {
+        self.scene.environments.iter().fold(Spectrum::ZERO, |sum, &id| {
+            let light = self.scene.light(id);
+            let le = light.le_escaped(ray.d, lambda);
+            sum + le * self.weight(previous, id, light.pdf_li_escaped(ray.d))
+        })
     }
 
     /// The light's term of (1) at a surface.
@@ -243,36 +256,32 @@ impl<'a> Integrator<'a> {
         bsdf: &Bsdf,
         wo: Vec3,
         u: f32,
-        u2: kaustika_math::Vec2,
+        u2: Vec2,
         lambda: &Wavelengths,
         stats: &mut PassStats,
     ) -> Spectrum {
         let scene = self.scene;
-        let Some((id, p)) = scene.light_selection.sample(surface.p, surface.ng, u) else {
+        let selection = &scene.light_selection;
+        let Some((id, p, u2)) = selection.sample(surface.p, surface.ng, u, u2) else {
             return Spectrum::ZERO;
         };
         let light = scene.light(id);
         if !light.is_delta() && !self.mis.samples_lights() {
             return Spectrum::ZERO;
         }
-        let Some(l) = light.sample_li(scene, surface.p, u2, lambda) else {
-            return Spectrum::ZERO;
-        };
-        let f = bsdf.eval(wo, l.wi, Mode::Radiance, Lobes::ALL);
+        // By reference: what was written in pieces is slow to be moved at once.
+        let sample = light.sample_li(scene, surface.p, u2, lambda);
+        let Some(l) = &sample else { return Spectrum::ZERO };
+        let (f, (pdf_b, _)) = bsdf.eval_pdf(wo, l.wi, Mode::Radiance, Lobes::ALL);
         if f.is_black() || l.le.is_black() {
             return Spectrum::ZERO;
         }
-        let w = if l.delta {
-            1.0
-        } else {
-            let (pdf_b, _) = bsdf.pdf(wo, l.wi, Mode::Radiance, Lobes::ALL);
-            self.mis.light(p * l.pdf_w, pdf_b) // (3)
-        };
+        let w = if l.delta { 1.0 } else { self.mis.light(p * l.pdf_w, pdf_b) }; // (3)
         if w == 0.0 {
             return Spectrum::ZERO;
         }
         stats.shadow_rays += 1;
-        if !scene.unoccluded(surface, &l) {
+        if !scene.unoccluded(surface, l) {
             return Spectrum::ZERO;
         }
         f * l.le * (w / (p * l.pdf_w))

@@ -220,8 +220,8 @@ fn pictures_agree(what: &str, stage: &Stage, seed: u64) {
     let pathed = stage.render(json!({"only_depth": 1, "max_depth": 1}), 120, seed);
     let mut lit = 0;
     for (i, (a, b)) in traced.iter().zip(&pathed.pixels).enumerate() {
-        // A mean of few hits has no normal law: where both are nearly dark the sum tells.
-        if b.mean() > 0.0 && a.standard_error() < 0.2 * a.mean() {
+        // A mean of few hits has no normal law: where either has few the sum tells.
+        if b.standard_error() < 0.5 * b.mean() && a.standard_error() < 0.2 * a.mean() {
             same(&format!("{what}, pixel {i}"), a, b);
             lit += 1;
         }

@@ -83,8 +83,8 @@ fn frequencies_follow_probabilities() {
                 let mut counts = vec![0.0; pmf.len()];
                 let draws = 20_000;
                 for _ in 0..draws {
-                    let s = scene.light_selection.sample(p, n, random.f());
-                    let (light, q) = s.expect("there are lights");
+                    let s = scene.light_selection.sample(p, n, random.f(), random.v2());
+                    let (light, q, _) = s.expect("there are lights");
                     close("sample and pmf", q as f64, pmf[light.0 as usize], 1e-4);
                     counts[light.0 as usize] += 1.0;
                 }

@@ -7,16 +7,18 @@
 
 mod attributes;
 mod header;
+#[cfg(test)]
+mod tests;
 mod values;
+mod vertices;
 
 use attributes::{Reading, Slots};
 use header::{Element, Encoding, Kind, Scalar};
-use kaustika_math::{Vec2, Vec3};
 use kaustika_scene::description::TriMesh;
 use values::{Ascii, BLOCK, Binary, Column, Values};
 
+use super::MeshOptions;
 use super::error::{Fault, MeshCause, MeshNote, Place};
-use super::{MeshOptions, unit_normal};
 
 /// Reads a PLY file, not gzipped, from its bytes. Normals are as in the file, made unit, or
 /// dropped if `options.normals` has no use for them.
@@ -62,7 +64,7 @@ fn read<V: Values>(
     for element in elements {
         check_count(&values, element)?;
         match element.name.as_str() {
-            "vertex" => vertices(&mut values, element, &mut mesh, options, notes)?,
+            "vertex" => vertices::read(&mut values, element, &mut mesh, options, notes)?,
             "face" => {
                 let polygons = Polygons::new(vertex_count);
                 polygons.faces(&mut values, element, &mut mesh, options, notes)?;
@@ -117,73 +119,6 @@ fn pass_over<V: Values>(values: &mut V, element: &Element) -> Result<(), Fault> 
     Ok(())
 }
 
-fn vertices<V: Values>(
-    values: &mut V,
-    element: &Element,
-    mesh: &mut TriMesh,
-    options: &MeshOptions,
-    notes: &mut Vec<MeshNote>,
-) -> Result<(), Fault> {
-    let mut slots = Slots::new(element);
-    let Some(p) = slots.claim(element, &["x", "y", "z"]) else {
-        let cause = MeshCause::Header("element `vertex` lacks x, y or z".into());
-        return Err(Fault::new(Place::File, cause));
-    };
-    const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
-    let normal = if options.normals.uses_stored() { slots.claim(element, &NORMAL) } else { None };
-    const UV: [[&str; 2]; 4] =
-        [["u", "v"], ["s", "t"], ["texture_u", "texture_v"], ["texture_s", "texture_t"]];
-    let uv = UV.iter().find_map(|names| slots.claim(element, names));
-    let mut attributes =
-        attributes::find(element, "vertex", &mut slots, &NORMAL, options.srgb_float_colors, notes);
-
-    // check_count() has seen that the file is long enough for all of these.
-    let count = element.count as usize;
-    mesh.positions.reserve_exact(count);
-    if normal.is_some() {
-        mesh.normals.reserve_exact(count);
-    }
-    if uv.is_some() {
-        mesh.uvs.reserve_exact(count);
-    }
-    let mut columns = vec![[0.0; BLOCK]; slots.columns];
-    let mut dropped = 0;
-    let mut done = 0;
-    while done < count {
-        let n = (count - done).min(BLOCK);
-        values.block(element, &slots.of_property, &mut columns, done as u64, n)?;
-        let [x, y, z] = [0, 1, 2].map(|i| &columns[p[i]][..n]);
-        mesh.positions.extend((0..n).map(|i| Vec3::new(x[i], y[i], z[i])));
-        let block = &mesh.positions[done..];
-        if !block.iter().fold(true, |all, p| all & p.is_finite()) {
-            let bad = block.iter().position(|p| !p.is_finite()).unwrap_or(0);
-            let place = Place::entry("vertex", (done + bad) as u64);
-            return Err(Fault::new(place, MeshCause::NotFinite("position")));
-        }
-        if let Some(c) = &normal {
-            let [x, y, z] = [0, 1, 2].map(|i| &columns[c[i]][..n]);
-            mesh.normals
-                .extend((0..n).map(|i| unit_normal(Vec3::new(x[i], y[i], z[i]), &mut dropped)));
-        }
-        if let Some(c) = &uv {
-            let [u, v] = [0, 1].map(|i| &columns[c[i]][..n]);
-            let flip = options.flip_v;
-            mesh.uvs.extend((0..n).map(|i| Vec2::new(u[i], if flip { 1.0 - v[i] } else { v[i] })));
-        }
-        for attribute in &mut attributes {
-            for i in 0..n {
-                attribute.push(&columns, i);
-            }
-        }
-        done += n;
-    }
-    if dropped > 0 {
-        notes.push(MeshNote::NormalsDropped(dropped));
-    }
-    mesh.attributes.extend(attributes.into_iter().map(Reading::finish));
-    Ok(())
-}
-
 /// The list property that holds a face's (or strip's) vertices.
 fn vertex_list(element: &Element) -> Result<usize, Fault> {
     let list = element.properties.iter().position(|p| {
@@ -230,6 +165,13 @@ impl Polygons {
             options.srgb_float_colors,
             notes,
         );
+        if let Some(triangles) = values.triangles(element, self.vertices.min(1 << 31)) {
+            mesh.indices = match mesh.indices.is_empty() {
+                true => triangles,
+                false => [std::mem::take(&mut mesh.indices), triangles].concat(),
+            };
+            return Ok(());
+        }
         // The one record that is read at a time is row 0 of each column.
         let mut row: Vec<Column> = vec![[0.0; BLOCK]; slots.columns];
         mesh.indices.reserve_exact(element.count as usize);

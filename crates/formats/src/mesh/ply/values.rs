@@ -1,5 +1,7 @@
 //! The numbers after a PLY header, one by one or by blocks, from text or from bytes.
 
+use rayon::prelude::*;
+
 use super::header::{Element, Kind, Property, Scalar};
 use crate::mesh::error::{Fault, MeshCause, Place};
 
@@ -10,7 +12,7 @@ pub(super) const BLOCK: usize = 256;
 pub(super) type Column = [f32; BLOCK];
 
 /// A cursor over stored numbers.
-pub(super) trait Values {
+pub(super) trait Values: Send {
     /// Fewest bytes that a number takes, with its separator (which the last may lack).
     fn least_bytes(of: Scalar) -> u64;
 
@@ -34,6 +36,21 @@ pub(super) trait Values {
     /// The next three numbers without passing over them, if they are 32-bit integers in binary;
     /// negative ones as numbers from 2^31 on. The fast way through triangles.
     fn peek_triangle(&self, _of: Scalar) -> Option<[u32; 3]> {
+        None
+    }
+
+    /// Cursors at every `each`th record of `element`, and passes over all of it; if its records
+    /// are equally long and all there. So that threads can share the work.
+    fn share(&mut self, _element: &Element, _each: usize) -> Option<Vec<Self>>
+    where
+        Self: Sized,
+    {
+        None
+    }
+
+    /// All of `element`, and passes over it, if it is nothing but binary lists of three 32-bit
+    /// vertex numbers below `vertices` <= 2^31. In parallel.
+    fn triangles(&mut self, _element: &Element, _vertices: u32) -> Option<Vec<[u32; 3]>> {
         None
     }
 
@@ -209,6 +226,47 @@ impl<const BIG: bool> Values for Binary<'_, BIG> {
         let (words, _) = self.rest.first_chunk::<12>()?.as_chunks::<4>();
         let word = |i: usize| u32::from_le_bytes(little::<4, BIG>(words[i]));
         Some([word(0), word(1), word(2)])
+    }
+
+    fn share(&mut self, element: &Element, each: usize) -> Option<Vec<Self>> {
+        let stride = record_size(&element.properties)?;
+        let bytes = stride.checked_mul(usize::try_from(element.count).ok()?)?;
+        let (records, rest) = self.rest.split_at_checked(bytes)?;
+        let size = stride.checked_mul(each).filter(|&size| size > 0)?;
+        self.rest = rest;
+        Some(records.chunks(size).map(Binary::new).collect())
+    }
+
+    fn triangles(&mut self, element: &Element, vertices: u32) -> Option<Vec<[u32; 3]>> {
+        /// Bytes of a count and three vertex numbers.
+        const RECORD: usize = 13;
+        /// Records a task at least.
+        const TASK: usize = 1 << 12;
+        let [property] = element.properties.as_slice() else {
+            return None;
+        };
+        let (Scalar::U8 | Scalar::I8, Scalar::U32 | Scalar::I32) = (match property.kind {
+            Kind::List { count, item } => (count, item),
+            Kind::Number(_) => return None,
+        }) else {
+            return None;
+        };
+        let bytes = RECORD.checked_mul(usize::try_from(element.count).ok()?)?;
+        let (body, rest) = self.rest.split_at_checked(bytes)?;
+        let (records, _) = body.as_chunks::<RECORD>();
+        let triangle = |record: &[u8; RECORD]| {
+            let (words, _) = record[1..].as_chunks::<4>();
+            [0, 1, 2].map(|i| u32::from_le_bytes(little::<4, BIG>(words[i])))
+        };
+        // A second look at the bytes is cheaper than leaving half-filled lists behind.
+        let all = records.par_chunks(TASK).all(|task| {
+            task.iter().all(|r| r[0] == 3 && triangle(r).iter().all(|&v| v < vertices))
+        });
+        if !all {
+            return None;
+        }
+        self.rest = rest;
+        Some(records.par_iter().with_min_len(TASK).map(triangle).collect())
     }
 
     fn fault(&self, cause: MeshCause, list: &str, number: u64) -> Fault {
