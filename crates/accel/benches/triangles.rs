@@ -4,7 +4,7 @@
 
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use kaustika_accel::{BuildOptions, TriangleBvh};
+use kaustika_accel::{BuildOptions, Segment, TriangleBvh};
 use kaustika_math::{Ray, Vec3, mix_bits};
 use std::f32::consts::{PI, TAU};
 use std::sync::LazyLock;
@@ -107,9 +107,36 @@ fn any(bencher: Bencher, rays: &[Ray]) {
         .bench_local(|| rays.iter().filter(|ray| tree.occluded(ray, 3.0)).count());
 }
 
+fn segments(rays: &[Ray], t_max: f32) -> Vec<Segment> {
+    rays.iter().map(|&ray| Segment { ray, t_max }).collect()
+}
+
+fn closest_batch(bencher: Bencher, rays: &[Ray]) {
+    let (tree, segments) = (&*TREE, segments(rays, f32::INFINITY));
+    let mut hits = vec![None; RAYS];
+    bencher.counter(ItemsCount::new(RAYS)).bench_local(|| {
+        tree.intersect_all(&segments, &mut hits);
+        hits.iter().flatten().map(|hit| hit.t).sum::<f32>()
+    });
+}
+
+fn any_batch(bencher: Bencher, rays: &[Ray]) {
+    let (tree, segments) = (&*TREE, segments(rays, 3.0));
+    let mut occluded = vec![false; RAYS];
+    bencher.counter(ItemsCount::new(RAYS)).bench_local(|| {
+        tree.occluded_all(&segments, &mut occluded);
+        occluded.iter().filter(|&&o| o).count()
+    });
+}
+
 #[divan::bench(min_time = 0.2, max_time = 1)]
 fn closest_coherent(bencher: Bencher) {
     closest(bencher, &COHERENT);
+}
+
+#[divan::bench(min_time = 0.2, max_time = 1)]
+fn closest_coherent_batch(bencher: Bencher) {
+    closest_batch(bencher, &COHERENT);
 }
 
 #[divan::bench(min_time = 0.2, max_time = 1)]
@@ -118,13 +145,28 @@ fn closest_incoherent(bencher: Bencher) {
 }
 
 #[divan::bench(min_time = 0.2, max_time = 1)]
+fn closest_incoherent_batch(bencher: Bencher) {
+    closest_batch(bencher, &INCOHERENT);
+}
+
+#[divan::bench(min_time = 0.2, max_time = 1)]
 fn any_coherent(bencher: Bencher) {
     any(bencher, &COHERENT);
 }
 
 #[divan::bench(min_time = 0.2, max_time = 1)]
+fn any_coherent_batch(bencher: Bencher) {
+    any_batch(bencher, &COHERENT);
+}
+
+#[divan::bench(min_time = 0.2, max_time = 1)]
 fn any_incoherent(bencher: Bencher) {
     any(bencher, &INCOHERENT);
+}
+
+#[divan::bench(min_time = 0.2, max_time = 1)]
+fn any_incoherent_batch(bencher: Bencher) {
+    any_batch(bencher, &INCOHERENT);
 }
 
 #[divan::bench(sample_count = 10, sample_size = 1)]

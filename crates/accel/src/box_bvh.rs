@@ -1,6 +1,7 @@
 //! The tree over primitives of any kind.
 
 use kaustika_math::{Bounds3, Ray};
+use rayon::prelude::*;
 
 use crate::builder::{self, BuildOptions, Child, WideTree};
 use crate::node::{ChildRef, Node, TreeStats, WIDTH};
@@ -32,18 +33,19 @@ impl BoxBvh {
         let mut refs = builder::references(bounds.len(), |prim| Some(bounds[prim]));
         let tree = WideTree::<WIDTH>::build(&mut refs, 1, &BuildOptions::default());
         let (mut root, mut depth) = (tree.root, tree.depth);
-        let prims = tree.leaves.map(&refs, |leaf| leaf[0].prim());
+        let prims: Vec<u32> = tree.leaves.map(&refs, |leaf| leaf[0].prim()).collect();
         let leaf = |c: &Child| match c.place.is_leaf() {
             true => ChildRef::leaf(prims[c.place.index()] as usize),
             false => c.place,
         };
-        let mut nodes = tree.nodes.map(|children| {
+        let made = tree.nodes.map(|children| {
             let mut node = Node::EMPTY;
             for (slot, child) in children.iter().enumerate() {
                 node.set(slot, &child.bounds, leaf(child));
             }
             node
         });
+        let mut nodes: Vec<Node> = made.collect();
         if root.is_some_and(|r| r.is_leaf()) {
             // A node for it, lest the closure be bothered with rays that pass the box by.
             let mut node = Node::EMPTY;

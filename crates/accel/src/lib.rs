@@ -33,6 +33,7 @@ mod box_bvh;
 mod builder;
 mod node;
 mod packet;
+mod pages;
 mod ray;
 mod simd;
 mod stream;

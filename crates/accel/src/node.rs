@@ -1,5 +1,6 @@
 //! Wide nodes and what they refer to.
 
+use bytemuck::{Pod, Zeroable};
 use kaustika_math::{Bounds3, Vec3};
 
 use crate::builder::Child;
@@ -10,7 +11,7 @@ use crate::simd::{F32x8, LANES};
 pub(crate) const WIDTH: usize = LANES;
 
 /// A child: a node, or with the top bit set a leaf.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(transparent)]
 pub(crate) struct ChildRef(pub(crate) u32);
 
@@ -39,8 +40,8 @@ impl ChildRef {
 }
 
 /// Eight boxes side by side. An unused one is empty (min > max) and no ray hits it.
-#[derive(Clone, Debug, PartialEq)]
-#[repr(C, align(64))]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C, align(32))]
 pub(crate) struct Node {
     /// Of each axis the lower planes, then the upper.
     planes: [[[f32; WIDTH]; 2]; 3],

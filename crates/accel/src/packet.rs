@@ -8,7 +8,7 @@
 //! Results are the bits of one ray at a time: the same boxes and triangles are met, and a traversal
 //! gives one answer in any order.
 
-use kaustika_math::Bounds3;
+use kaustika_math::{Bounds3, Ray};
 
 use crate::node::{ChildRef, Node, WIDTH};
 use crate::ray::{LATER, PreparedRay, RayLanes, widened};
@@ -24,15 +24,16 @@ const MAX_DISTANCE: f32 = 1.0 / 64.0;
 
 /// Rays that share the signs of their directions and the order of axes in the triangle test.
 pub(crate) struct Packet {
-    rays: [PreparedRay; LANES],
     lanes: RayLanes,
+    axes: [u8; 3],
+    negative: [u8; 3],
     bundle: Bundle,
-    /// In lengths of the prepared rays' directions.
     t_max: [f32; LANES],
 }
 
 impl Packet {
-    /// `None` if the rays part too soon to be worth it. Rays in all directions are told after two.
+    /// `None` if the rays part too soon to be worth it, or if one needs special care. Rays in all
+    /// directions are told after two.
     #[inline(always)]
     pub(crate) fn new(segments: &[Segment; LANES], bounds: &Bounds3) -> Option<Packet> {
         let first = segments[0].ray;
@@ -51,19 +52,16 @@ impl Packet {
 
     #[inline(never)]
     fn prepare(segments: &[Segment; LANES], bounds: &Bounds3) -> Option<Packet> {
-        let mut rays = [PreparedRay::NONE; LANES];
-        let mut t_max = [0.0; LANES];
-        for (lane, s) in segments.iter().enumerate() {
-            rays[lane] = PreparedRay::new(&s.ray, bounds)?;
-            t_max[lane] = s.t_max / rays[lane].scale;
+        let mut numbers = [[0.0; LANES]; 7];
+        for (lane, Segment { ray: Ray { o, d, .. }, t_max }) in segments.iter().enumerate() {
+            let all = [o.x, o.y, o.z, d.x, d.y, d.z, *t_max];
+            numbers.iter_mut().zip(all).for_each(|(row, v)| row[lane] = v);
         }
-        let alike = |r: &PreparedRay| r.axes == rays[0].axes && r.negative == rays[0].negative;
-        if !rays[1..].iter().all(alike) {
-            return None;
-        }
-        let lanes = RayLanes::of(&rays);
-        let bundle = Bundle::new(&rays, &lanes, bounds);
-        Some(Packet { rays, lanes, bundle, t_max })
+        let [ox, oy, oz, dx, dy, dz, t_max] = numbers;
+        let [o, d] = [[ox, oy, oz], [dx, dy, dz]].map(|v| v.map(|v| F32x8::load(&v)));
+        let (lanes, axes, negative) = RayLanes::alike(o, d, bounds)?;
+        let bundle = Bundle::new(o, &lanes, negative, bounds);
+        Some(Packet { lanes, axes, negative, bundle, t_max })
     }
 }
 
@@ -82,30 +80,22 @@ struct Bundle {
 }
 
 impl Bundle {
-    fn new(rays: &[PreparedRay; LANES], lanes: &RayLanes, bounds: &Bounds3) -> Bundle {
+    fn new(o: [F32x8; 3], lanes: &RayLanes, negative: [u8; 3], bounds: &Bounds3) -> Bundle {
         let bounds = widened(bounds);
-        let axes = rays[0].axes.map(usize::from);
-        let mut bundle = Bundle { near: [(0.0, 0.0); 3], far: [(0.0, 0.0); 3] };
         let size = bounds.min.abs().max(bounds.max.abs()).max_component();
-        for (i, axis) in axes.into_iter().enumerate() {
+        let mut bundle = Bundle { near: [(0.0, 0.0); 3], far: [(0.0, 0.0); 3] };
+        for axis in 0..3 {
             let (lo, hi) = (bounds.min[axis], bounds.max[axis]);
-            let origins = rays.each_ref().map(|r| r.o[i]);
-            let (from, to) = if rays[0].negative[axis] != 0 {
-                let o = origins.into_iter().fold(f32::NEG_INFINITY, f32::max);
-                (before(o, size, 1.0).clamp(lo, hi), lo)
+            let (from, to) = if negative[axis] != 0 {
+                (before(o[axis].greatest(), size, 1.0).clamp(lo, hi), lo)
             } else {
-                let o = origins.into_iter().fold(f32::INFINITY, f32::min);
-                (before(o, size, -1.0).clamp(lo, hi), hi)
+                (before(o[axis].least(), size, -1.0).clamp(lo, hi), hi)
             };
-            let at = |plane: f32, c: F32x8| {
-                F32x8::splat(plane).mul_add(lanes.inv_d[axis], c).to_array().map(f64::from)
-            };
-            let near =
-                |plane| at(plane, lanes.near_c[axis]).into_iter().fold(f64::INFINITY, f64::min);
-            let far =
-                |plane| at(plane, lanes.far_c[axis]).into_iter().fold(f64::NEG_INFINITY, f64::max);
-            bundle.near[axis] = line(from, near(from), to, near(to), -1.0);
-            bundle.far[axis] = line(from, far(from), to, far(to), 1.0);
+            let at = |plane: f32, c: F32x8| F32x8::splat(plane).mul_add(lanes.inv_d[axis], c);
+            let near = [from, to].map(|plane| at(plane, lanes.near_c[axis]).least());
+            let far = [from, to].map(|plane| at(plane, lanes.far_c[axis]).greatest());
+            bundle.near[axis] = line([from, to], near, -1.0);
+            bundle.far[axis] = line([from, to], far, 1.0);
         }
         bundle
     }
@@ -132,12 +122,12 @@ fn before(o: f32, size: f32, direction: f32) -> f32 {
 
 /// Slope and offset of the line through two points, moved up or down by more than is lost to
 /// rounding here and when it is evaluated.
-fn line(x0: f32, y0: f64, x1: f32, y1: f64, direction: f64) -> (f32, f32) {
-    let (x0, x1) = (f64::from(x0), f64::from(x1));
+fn line(x: [f32; 2], y: [f32; 2], direction: f64) -> (f32, f32) {
+    let ([x0, x1], [y0, y1]) = (x.map(f64::from), y.map(f64::from));
     let slope = if x0 == x1 { 0.0 } else { (y1 - y0) / (x1 - x0) };
     let offset = y0 - slope * x0;
     let size = slope.abs() * x0.abs().max(x1.abs()) + y0.abs() + y1.abs() + offset.abs();
-    (slope as f32, (offset + direction * size / f64::from(1 << 20)) as f32)
+    (slope as f32, (offset + direction * size * (1.0 / f64::from(1 << 20))) as f32)
 }
 
 /// A child on the stack, and where each ray enters it: infinity if it does not.
@@ -166,16 +156,21 @@ struct Found<const ANY: bool> {
 }
 
 /// Traces the rays: to the nearest hit that is accepted, or with `ANY` to the first that comes.
-/// `accept` is told the lane. Returns the hits.
+/// `accept` is told the lane. Returns the hits. The packet was made of `segments`.
 #[inline(always)]
 pub(crate) fn trace<const STACK: usize, const ANY: bool>(
     tree: &Tree,
     packet: &Packet,
+    segments: &[Segment; LANES],
     stack: &mut PacketStack<STACK>,
     mut accept: impl FnMut(usize, &TriangleHit) -> bool,
 ) -> [Option<TriangleHit>; LANES] {
     let stack = &mut stack.0;
-    let negative = packet.rays[0].negative;
+    let negative = packet.negative;
+    // For doubtful hits; `Packet::new` has seen that there is one.
+    let alone = |lane: usize| {
+        PreparedRay::new(&segments[lane].ray, tree.bounds).unwrap_or(PreparedRay::NONE)
+    };
     let mut found = Found::<ANY> { t: packet.t_max, hits: [None; LANES], active: 0xff };
     let mut size = 0;
     let mut current = tree.root;
@@ -184,7 +179,7 @@ pub(crate) fn trace<const STACK: usize, const ANY: bool>(
     'walk: loop {
         if current.is_leaf() {
             let block = &tree.blocks[current.index()];
-            found.leaf(packet, block, mask, &mut accept);
+            found.leaf(packet, block, mask, &alone, &mut accept);
         } else {
             let node = &tree.nodes[current.index()];
             let far = found.t.into_iter().fold(f32::NEG_INFINITY, f32::max);
@@ -229,7 +224,7 @@ pub(crate) fn trace<const STACK: usize, const ANY: bool>(
     }
     std::array::from_fn(|lane| {
         let (prim, b) = found.hits[lane]?;
-        Some(TriangleHit { t: found.t[lane] * packet.rays[lane].scale, prim, b })
+        Some(TriangleHit { t: found.t[lane], prim, b })
     })
 }
 
@@ -240,16 +235,18 @@ impl<const ANY: bool> Found<ANY> {
         packet: &Packet,
         block: &TriangleBlock,
         mask: u32,
+        alone: &impl Fn(usize) -> PreparedRay,
         accept: &mut impl FnMut(usize, &TriangleHit) -> bool,
     ) {
         let triangles = block.count();
         if (mask.count_ones() as usize) < triangles {
             for lane in (0..LANES).filter(|lane| mask >> lane & 1 != 0) {
-                let ray = &packet.rays[lane];
-                if let Some(mut hits) = block.intersect(ray, &ray.lanes(), self.t[lane]) {
+                let ray = packet.lanes.only(lane);
+                let hits = block.intersect(&ray, packet.axes, self.t[lane], || alone(lane));
+                if let Some(mut hits) = hits {
                     while let Some(triangle) = hits.pop() {
                         let Some(prim) = block.prim(triangle) else { break };
-                        self.hit(packet, lane, prim, &hits, triangle, accept);
+                        self.hit(lane, prim, &hits, triangle, accept);
                     }
                 }
             }
@@ -258,10 +255,10 @@ impl<const ANY: bool> Found<ANY> {
         for triangle in 0..triangles {
             let Some(prim) = block.prim(triangle) else { break };
             let (mask, t) = (mask & self.active, F32x8::load(&self.t));
-            let hits = block.intersect_one(triangle, &packet.rays, &packet.lanes, mask, t);
+            let hits = block.intersect_one(triangle, &packet.lanes, packet.axes, mask, t, alone);
             if let Some(mut hits) = hits {
                 while let Some(lane) = hits.pop() {
-                    self.hit(packet, lane, prim, &hits, lane, accept);
+                    self.hit(lane, prim, &hits, lane, accept);
                 }
             }
         }
@@ -271,7 +268,6 @@ impl<const ANY: bool> Found<ANY> {
     #[inline(always)]
     fn hit(
         &mut self,
-        packet: &Packet,
         lane: usize,
         prim: u32,
         hits: &Hits,
@@ -282,10 +278,7 @@ impl<const ANY: bool> Found<ANY> {
         let tie =
             !ANY && t == self.t[lane] && self.hits[lane].is_some_and(|(nearest, _)| prim < nearest);
         let wanted = !ANY || self.active >> lane & 1 != 0;
-        if wanted
-            && (t < self.t[lane] || tie)
-            && accept(lane, &TriangleHit { t: t * packet.rays[lane].scale, prim, b })
-        {
+        if wanted && (t < self.t[lane] || tie) && accept(lane, &TriangleHit { t, prim, b }) {
             self.hits[lane] = Some((prim, b));
             if ANY {
                 self.active &= !(1 << lane);

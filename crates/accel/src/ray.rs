@@ -37,10 +37,11 @@
 //! than 2⁻³⁹ of the distance to the far end of the scene, for which `near_c` and `far_c` pay too.
 
 use std::array::from_fn;
+use std::ops::Range;
 
 use kaustika_math::{Bounds3, Ray, Vec3};
 
-use crate::simd::{F32x8, LANES};
+use crate::simd::F32x8;
 
 /// Coordinates above this magnitude are treated as not finite.
 pub(crate) const MAX_COORDINATE: f32 = 1.152_921_5e18; // 2⁶⁰
@@ -54,6 +55,11 @@ const MAX_SINGLE_PRECISION: f32 = 1.099_511_6e12; // 2⁴⁰
 const MIN_EDGE_FUNCTION: f32 = 1.262_177_4e-29; // 2⁻⁹⁶
 /// Least ratio of direction components, 2⁻⁴⁰.
 const MIN_SLOPE: f32 = 1.0 / (1u64 << 40) as f32;
+
+/// Directions whose longest component is in this range are taken as they are.
+const MODERATE: Range<f32> = 1e-6..1e6;
+/// By the axis of the longest component, which comes last.
+const AXES: [[u8; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
 
 /// The box with which a tree replaces that of a triangle or of a node.
 pub(crate) fn widened(bounds: &Bounds3) -> Bounds3 {
@@ -139,7 +145,7 @@ impl PreparedRay {
         let extent = bounds.min.abs().max(bounds.max.abs()).max_component().max(reach);
         let min_edge =
             if extent <= MAX_SINGLE_PRECISION { MIN_EDGE_FUNCTION } else { f32::INFINITY };
-        let axes: [u8; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]][longest];
+        let axes = AXES[longest];
         let [kx, ky, kz] = axes.map(usize::from);
         Some(PreparedRay {
             inv_d,
@@ -181,17 +187,69 @@ pub(crate) struct RayLanes {
 }
 
 impl RayLanes {
-    /// Each ray in its lane.
+    /// Rays that have the same `axes` and `negative`, which are returned with them, and whose
+    /// numbers need none of the special care of [`PreparedRay::new`]; otherwise `None`. The
+    /// numbers are those that it would give, and `scale` would be 1.
     #[inline(always)]
-    pub(crate) fn of(rays: &[PreparedRay; LANES]) -> RayLanes {
-        let lanes = |value: &dyn Fn(&PreparedRay) -> f32| F32x8::load(&rays.each_ref().map(value));
+    pub(crate) fn alike(
+        o: [F32x8; 3],
+        d: [F32x8; 3],
+        bounds: &Bounds3,
+    ) -> Option<(RayLanes, [u8; 3], [u8; 3])> {
+        let [x, y, z] = d.map(F32x8::abs);
+        let all = |mask: u32| mask == 0xff;
+        let axes = if all(y.lt(x) & z.lt(x)) {
+            AXES[0]
+        } else if all(x.lt(y) & z.lt(y)) {
+            AXES[1]
+        } else if all(x.lt(z) & y.lt(z)) {
+            AXES[2]
+        } else {
+            return None;
+        };
+        let [kx, ky, kz] = axes.map(usize::from);
+        let zero = F32x8::splat(0.0);
+        let negative = d.map(|d| d.lt(zero));
+        let longest = d[kz].abs();
+        let least = longest * F32x8::splat(MIN_SLOPE);
+        let slopes = least.le(x) & least.le(y) & least.le(z);
+        let moderate =
+            F32x8::splat(MODERATE.start).le(longest) & longest.lt(F32x8::splat(MODERATE.end));
+        // An origin that is NaN is not near.
+        let limit = F32x8::splat(MAX_SINGLE_PRECISION);
+        let near = o.map(|o| o.abs().le(limit));
+        let extent = bounds.min.abs().max(bounds.max.abs()).max_component();
+        if !all(slopes & moderate & near[0] & near[1] & near[2])
+            || !negative.iter().all(|mask| [0, 0xff].contains(mask))
+            || extent > MAX_SINGLE_PRECISION
+        {
+            return None;
+        }
+        let inv_d = d.map(|d| F32x8::splat(1.0) / d);
+        let c: [F32x8; 3] = from_fn(|i| zero - o[i] * inv_d[i]);
+        let slack = c.map(|c| c.abs() * F32x8::splat(1.0 / (1 << 22) as f32));
+        let lanes = RayLanes {
+            inv_d,
+            near_c: from_fn(|i| c[i] - slack[i]),
+            far_c: from_fn(|i| c[i] + slack[i]),
+            o: [o[kx], o[ky], o[kz]],
+            shear: [d[kx] / d[kz], d[ky] / d[kz], inv_d[kz]],
+            min_edge: F32x8::splat(MIN_EDGE_FUNCTION),
+        };
+        Some((lanes, axes, negative.map(|mask| (mask & 1) as u8)))
+    }
+
+    /// The ray of a lane in all lanes.
+    #[inline(always)]
+    pub(crate) fn only(&self, lane: usize) -> RayLanes {
+        let each = |v: [F32x8; 3]| v.map(|v| v.broadcast(lane));
         RayLanes {
-            inv_d: from_fn(|i| lanes(&|r| r.inv_d[i])),
-            near_c: from_fn(|i| lanes(&|r| r.near_c[i])),
-            far_c: from_fn(|i| lanes(&|r| r.far_c[i])),
-            o: from_fn(|i| lanes(&|r| r.o[i])),
-            shear: from_fn(|i| lanes(&|r| r.shear[i])),
-            min_edge: lanes(&|r| r.min_edge),
+            inv_d: each(self.inv_d),
+            near_c: each(self.near_c),
+            far_c: each(self.far_c),
+            o: each(self.o),
+            shear: each(self.shear),
+            min_edge: self.min_edge.broadcast(lane),
         }
     }
 }
@@ -200,7 +258,7 @@ impl RayLanes {
 /// to multiply distances by afterwards. Shorter than 1e-30 counts as no direction.
 #[inline(always)]
 fn moderate(d: Vec3, longest: f32) -> Option<(Vec3, f32)> {
-    if (1e-6..1e6).contains(&longest) {
+    if MODERATE.contains(&longest) {
         return Some((d, 1.0));
     }
     if !(longest > 1e-30 && longest < f32::INFINITY) {

@@ -224,7 +224,10 @@ impl<const STACK: usize> Flight<STACK> {
     ) {
         let block = &tree.blocks[self.current.index()];
         let lanes = self.ray.lanes();
-        let Some(mut hits) = block.intersect(&self.ray, &lanes, self.best.t) else { return };
+        let Some(mut hits) = block.intersect(&lanes, self.ray.axes, self.best.t, || self.ray)
+        else {
+            return;
+        };
         let mut better = false;
         while let Some(lane) = hits.pop() {
             let Some(prim) = block.prim(lane) else { break };

@@ -24,6 +24,7 @@
 //! Lanes are eight triangles and one ray, or one triangle and eight rays: the operations are the
 //! same, and so are the bits.
 
+use bytemuck::{Pod, Zeroable};
 use kaustika_math::Vec3;
 
 use crate::ray::{LATER, PreparedRay, RayLanes, margin, margins};
@@ -36,7 +37,7 @@ pub(crate) const BLOCK: usize = LANES;
 const NO_TRIANGLE: u32 = u32::MAX;
 
 /// Up to eight triangles side by side.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub(crate) struct TriangleBlock {
     /// Of each corner its coordinates, of all triangles.
@@ -135,47 +136,50 @@ impl TriangleBlock {
     }
 
     /// The triangles hit at `0 < t`, with `t <= t_max`: whether equality counts is for the caller.
-    /// Lanes without triangle may be among them, after all others.
+    /// Lanes without triangle may be among them, after all others. `prepared` gives the ray again.
     #[inline(always)]
     pub(crate) fn intersect(
         &self,
-        prepared: &PreparedRay,
         ray: &RayLanes,
+        axes: [u8; 3],
         t_max: f32,
+        prepared: impl Fn() -> PreparedRay,
     ) -> Option<Hits> {
         let row = |corner, axis| self.row(corner, axis);
-        let edges = Edges::new(row, prepared.axes, ray);
+        let edges = Edges::new(row, axes, ray);
         if edges.inside | edges.doubtful == 0 {
             return None;
         }
         let mut hits = edges.hits(row, ray, F32x8::splat(t_max));
         if edges.doubtful != 0 {
-            self.doubtful_triangles(prepared, t_max, edges.doubtful, &mut hits);
+            self.doubtful_triangles(&prepared(), t_max, edges.doubtful, &mut hits);
         }
         Some(hits)
     }
 
-    /// The rays that hit triangle `lane` at `0 < t`, with `t <= t_max`. `ray` holds the same rays.
+    /// Those of the `active` rays that hit triangle `lane` at `0 < t`, with `t <= t_max`. `prepared`
+    /// gives each of them again.
     #[inline(always)]
     pub(crate) fn intersect_one(
         &self,
         lane: usize,
-        prepared: &[PreparedRay; LANES],
-        ray: &RayLanes,
+        rays: &RayLanes,
+        axes: [u8; 3],
         active: u32,
         t_max: F32x8,
+        prepared: impl Fn(usize) -> PreparedRay,
     ) -> Option<Hits> {
         let row =
             |corner: usize, axis: usize| F32x8::splat(self.rows[corner][axis.min(2)][lane % BLOCK]);
-        let edges = Edges::new(row, prepared[0].axes, ray);
+        let edges = Edges::new(row, axes, rays);
         if (edges.inside | edges.doubtful) & active == 0 {
             return None;
         }
-        let mut hits = edges.hits(row, ray, t_max);
+        let mut hits = edges.hits(row, rays, t_max);
         hits.lanes &= active;
         if edges.doubtful & active != 0 {
             let doubtful = edges.doubtful & active;
-            doubtful_rays(&self.corners(lane), prepared, t_max, doubtful, &mut hits);
+            doubtful_rays(&self.corners(lane), &prepared, t_max, doubtful, &mut hits);
         }
         Some(hits)
     }
@@ -203,14 +207,14 @@ impl TriangleBlock {
 #[inline(never)]
 fn doubtful_rays(
     corners: &[[f32; 3]; 3],
-    rays: &[PreparedRay; LANES],
+    prepared: &impl Fn(usize) -> PreparedRay,
     t_max: F32x8,
     doubtful: u32,
     hits: &mut Hits,
 ) {
     let t_max = t_max.to_array();
     for lane in (0..LANES).filter(|lane| doubtful >> lane & 1 != 0) {
-        if let Some(hit) = intersect_in_double(corners, &rays[lane])
+        if let Some(hit) = intersect_in_double(corners, &prepared(lane))
             && hit.t <= t_max[lane]
         {
             hits.set(lane, &hit);

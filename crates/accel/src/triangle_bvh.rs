@@ -5,6 +5,7 @@ use kaustika_math::{Bounds3, Ray, Vec3};
 use crate::builder::{self, BuildOptions, MAX_DEPTH, WideTree};
 use crate::node::{ChildRef, Node, TreeStats, WIDTH};
 use crate::packet::{self, Packet, PacketStack};
+use crate::pages::Array;
 use crate::ray::PreparedRay;
 use crate::simd::LANES;
 use crate::stream::{self, MAX_ITEMS, Segment, Tree, stream_stack_size};
@@ -25,8 +26,8 @@ pub struct TriangleHit {
 /// A tree over the triangles of a soup, with a copy of their corners.
 #[derive(Clone, Debug)]
 pub struct TriangleBvh {
-    nodes: Vec<Node>,
-    blocks: Vec<TriangleBlock>,
+    nodes: Array<Node>,
+    blocks: Array<TriangleBlock>,
     root: Option<ChildRef>,
     depth: usize,
     bounds: Bounds3,
@@ -51,13 +52,13 @@ impl TriangleBvh {
             (finite && has_area(p)).then(|| Bounds3::new(p[0], p[1]).with_point(p[2]))
         });
         let tree = WideTree::<WIDTH>::build(&mut refs, BLOCK, options);
-        let nodes = tree.nodes.map(Node::new);
-        let blocks = tree.leaves.map(&refs, |leaf| {
+        let nodes = Array::collect(tree.nodes.map(Node::new));
+        let blocks = Array::collect(tree.leaves.map(&refs, |leaf| {
             TriangleBlock::new(leaf.iter().map(|r| {
                 let [a, b, c] = indices[r.prim() as usize].map(|i| positions[i as usize].into());
                 (r.prim(), [a, b, c])
             }))
-        });
+        }));
         TriangleBvh {
             nodes,
             blocks,
@@ -211,7 +212,7 @@ impl TriangleBvh {
 
     #[cfg(test)]
     pub(crate) fn is_same_tree(&self, o: &TriangleBvh) -> bool {
-        self.nodes == o.nodes && self.blocks == o.blocks && self.root == o.root
+        *self.nodes == *o.nodes && *self.blocks == *o.blocks && self.root == o.root
     }
 
     #[inline(always)]
@@ -235,7 +236,8 @@ impl TriangleBvh {
             |c| self.prefetch(c),
             |leaf, nearest| {
                 let block = &self.blocks[leaf];
-                let Some(mut hits) = block.intersect(&prepared, &lanes, nearest) else {
+                let Some(mut hits) = block.intersect(&lanes, prepared.axes, nearest, || prepared)
+                else {
                     return nearest;
                 };
                 while let Some(lane) = hits.pop() {
@@ -275,7 +277,8 @@ impl TriangleBvh {
             |c| self.prefetch(c),
             |leaf| {
                 let block = &self.blocks[leaf];
-                let Some(mut hits) = block.intersect(&prepared, &lanes, t_max) else {
+                let Some(mut hits) = block.intersect(&lanes, prepared.axes, t_max, || prepared)
+                else {
                     return false;
                 };
                 while let Some(lane) = hits.pop() {
@@ -310,7 +313,7 @@ fn trace<const STACK: usize, const ANY: bool>(
             continue;
         };
         let first = i * LANES;
-        let hits = packet::trace::<STACK, ANY>(tree, &packet, &mut stack, |lane, hit| {
+        let hits = packet::trace::<STACK, ANY>(tree, &packet, group, &mut stack, |lane, hit| {
             accept(first + lane, hit)
         });
         for (lane, hit) in hits.into_iter().enumerate() {

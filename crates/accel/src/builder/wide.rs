@@ -105,21 +105,20 @@ impl<const WIDTH: usize> WideNodes<WIDTH> {
         self.chunks.last().map_or(0, |c| c.first + c.nodes.len() - c.roots)
     }
 
-    /// All nodes in their order, each made by `make` of its at most `WIDTH` children; in parallel.
-    pub(crate) fn map<N: Send>(self, make: impl Fn(&[Child]) -> N + Sync) -> Vec<N> {
-        (0..self.len())
-            .into_par_iter()
-            .with_min_len(1 << 8)
-            .map(|i| {
-                let chunk = &self.chunks[self.chunks.partition_point(|c| c.first <= i) - 1];
-                let slots = &chunk.nodes[i - chunk.first + chunk.roots];
-                let mut children = slots.children;
-                for child in &mut children[..slots.count] {
-                    child.place = place(child.place, chunk.first - chunk.roots, chunk.first_leaf);
-                }
-                make(&children[..slots.count])
-            })
-            .collect()
+    /// All nodes in their order, each made by `make` of its at most `WIDTH` children.
+    pub(crate) fn map<N: Send>(
+        self,
+        make: impl Fn(&[Child]) -> N + Send + Sync,
+    ) -> impl IndexedParallelIterator<Item = N> {
+        (0..self.len()).into_par_iter().with_min_len(1 << 8).map(move |i| {
+            let chunk = &self.chunks[self.chunks.partition_point(|c| c.first <= i) - 1];
+            let slots = &chunk.nodes[i - chunk.first + chunk.roots];
+            let mut children = slots.children;
+            for child in &mut children[..slots.count] {
+                child.place = place(child.place, chunk.first - chunk.roots, chunk.first_leaf);
+            }
+            make(&children[..slots.count])
+        })
     }
 }
 
@@ -134,22 +133,18 @@ impl Leaves {
         self.chunks.last().map_or(0, |(first, leaves)| first + leaves.len())
     }
 
-    /// All leaves in their order, each made by `make` of its primitives; in parallel. `refs` are
+    /// All leaves in their order, each made by `make` of its primitives. `refs` are
     /// those that the tree was built from.
     pub(crate) fn map<L: Send>(
         self,
         refs: &[PrimRef],
-        make: impl Fn(&[PrimRef]) -> L + Sync,
-    ) -> Vec<L> {
-        (0..self.len())
-            .into_par_iter()
-            .with_min_len(1 << 8)
-            .map(|i| {
-                let chunk = self.chunks.partition_point(|(first, _)| *first <= i) - 1;
-                let (first, leaves) = &self.chunks[chunk];
-                make(&refs[leaves[i - first].range()])
-            })
-            .collect()
+        make: impl Fn(&[PrimRef]) -> L + Send + Sync,
+    ) -> impl IndexedParallelIterator<Item = L> {
+        (0..self.len()).into_par_iter().with_min_len(1 << 8).map(move |i| {
+            let chunk = self.chunks.partition_point(|(first, _)| *first <= i) - 1;
+            let (first, leaves) = &self.chunks[chunk];
+            make(&refs[leaves[i - first].range()])
+        })
     }
 }
 

@@ -77,6 +77,35 @@ impl F32x8 {
         F32x8(unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0) })
     }
 
+    /// One lane in all.
+    #[inline(always)]
+    pub(crate) fn broadcast(self, lane: usize) -> Self {
+        // SAFETY: AVX2 is enabled; the permutation takes the low three bits of an index.
+        unsafe { F32x8(_mm256_permutevar8x32_ps(self.0, _mm256_set1_epi32(lane as i32))) }
+    }
+
+    /// The least lane. None may be NaN.
+    #[inline(always)]
+    pub(crate) fn least(self) -> f32 {
+        // SAFETY: AVX is enabled.
+        unsafe {
+            let v = _mm_min_ps(_mm256_castps256_ps128(self.0), _mm256_extractf128_ps::<1>(self.0));
+            let v = _mm_min_ps(v, _mm_movehl_ps(v, v));
+            _mm_cvtss_f32(_mm_min_ss(v, _mm_movehdup_ps(v)))
+        }
+    }
+
+    /// The greatest lane. None may be NaN.
+    #[inline(always)]
+    pub(crate) fn greatest(self) -> f32 {
+        // SAFETY: AVX is enabled.
+        unsafe {
+            let v = _mm_max_ps(_mm256_castps256_ps128(self.0), _mm256_extractf128_ps::<1>(self.0));
+            let v = _mm_max_ps(v, _mm_movehl_ps(v, v));
+            _mm_cvtss_f32(_mm_max_ss(v, _mm_movehdup_ps(v)))
+        }
+    }
+
     /// With infinity in the lanes of `mask`.
     #[inline(always)]
     pub(crate) fn or_infinity(self, mask: u32) -> Self {
@@ -119,17 +148,17 @@ impl F32x8 {
 #[inline(always)]
 pub(crate) fn prefetch<T>(slice: &[T], index: usize) {
     let start = slice.as_ptr().wrapping_add(index).cast::<i8>();
-    for line in 0..size_of::<T>() / 64 {
+    for line in 0..size_of::<T>().div_ceil(64) {
         // SAFETY: SSE is enabled; a prefetch of any address is a hint and never faults.
         unsafe { _mm_prefetch::<_MM_HINT_T0>(start.wrapping_add(64 * line)) };
     }
 }
 
 /// Asks for the cache lines of an element of `a`, or of `b` if `second`, without a branch; elements
-/// of `a` have four lines, those of `b` five.
+/// of `a` have at most four lines, those of `b` five.
 #[inline(always)]
 pub(crate) fn prefetch_either<A, B>(a: &[A], b: &[B], second: bool, index: usize) {
-    const { assert!(size_of::<A>() == 4 * 64 && size_of::<B>() == 5 * 64) };
+    const { assert!(size_of::<A>() <= 4 * 64 && size_of::<B>() <= 5 * 64) };
     let [a, b] = [a.as_ptr().wrapping_add(index).cast(), b.as_ptr().wrapping_add(index).cast()];
     let start: *const i8 = if second { b } else { a };
     let last = 3 + usize::from(second);

@@ -91,12 +91,15 @@ mod tests {
             check!("abs", va.abs(), pa.abs());
             let mask = (mix_bits(seed) & 0xff) as u32;
             check!("or_infinity", va.or_infinity(mask), pa.or_infinity(mask));
+            let lane = (mix_bits(seed) >> 8 & 7) as usize;
+            check!("broadcast", va.broadcast(lane), pa.broadcast(lane));
             check!("splat", avx2::F32x8::splat(a[3]), portable::F32x8::splat(a[3]));
             assert_eq!(va.le(vb), pa.le(pb), "{a:?} <= {b:?}");
             assert_eq!(va.lt(vb), pa.lt(pb), "{a:?} < {b:?}");
             let ordered = a.map(|x| if x.is_nan() { 1.0 } else { x });
             let (v, p) = (avx2::F32x8::load(&ordered), portable::F32x8::load(&ordered));
             // The sign of a NaN made by an operation is not defined; those the tests make are.
+            assert_eq!((v.least(), v.greatest()), (p.least(), p.greatest()), "{ordered:?}");
             assert_eq!(v.differing_signs(v, va.abs()), p.differing_signs(p, pa.abs()));
         }
     }

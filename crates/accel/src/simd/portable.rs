@@ -65,6 +65,24 @@ impl F32x8 {
         F32x8(self.0.map(f32::abs))
     }
 
+    /// One lane in all.
+    #[inline(always)]
+    pub(crate) fn broadcast(self, lane: usize) -> Self {
+        Self::splat(self.0[lane % LANES])
+    }
+
+    /// The least lane. None may be NaN.
+    #[inline(always)]
+    pub(crate) fn least(self) -> f32 {
+        self.0.into_iter().fold(f32::INFINITY, f32::min)
+    }
+
+    /// The greatest lane. None may be NaN.
+    #[inline(always)]
+    pub(crate) fn greatest(self) -> f32 {
+        self.0.into_iter().fold(f32::NEG_INFINITY, f32::max)
+    }
+
     /// With infinity in the lanes of `mask`.
     #[inline(always)]
     pub(crate) fn or_infinity(self, mask: u32) -> Self {

@@ -20,8 +20,8 @@ pub(crate) fn push_sorted(
     refs: &mut [ChildRef; LANES],
 ) {
     let entry = entry.to_array();
-    let mut count = 0;
-    for slot in (0..LANES).filter(|slot| mask >> slot & 1 != 0) {
+    let hits = (0..LANES).filter(|slot| mask >> slot & 1 != 0);
+    for (count, slot) in hits.enumerate() {
         let key = entry[slot].to_bits() & !7;
         let mut at = count;
         while at > 0 && keys[at - 1] <= key {
@@ -29,7 +29,6 @@ pub(crate) fn push_sorted(
             at -= 1;
         }
         (keys[at], refs[at]) = (key, children[slot]);
-        count += 1;
     }
 }
 

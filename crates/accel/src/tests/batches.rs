@@ -3,6 +3,7 @@
 use kaustika_math::{Ray, Vec3};
 
 use super::meshes::{Mesh, Random};
+use crate::packet::Packet;
 use crate::{BuildOptions, Segment, TriangleBvh, TriangleHit};
 
 fn build(mesh: &Mesh) -> TriangleBvh {
@@ -92,6 +93,20 @@ fn batches_equal_single_rays() {
                 compare(&mesh, &bvh, &segments, round);
             }
         }
+    }
+}
+
+/// The tests above would pass without packets.
+#[test]
+fn many_groups_of_the_test_are_packets_and_many_are_not() {
+    for mesh in Mesh::all() {
+        let bvh = build(&mesh);
+        let segments = segments(&mesh, 8000, &mut Random::new(14));
+        let (groups, _) = segments.as_chunks();
+        let packets = groups.iter().filter(|g| Packet::new(g, &bvh.bounds()).is_some()).count();
+        // Single precision may overflow on the largest coordinates: no packets.
+        let expected = if bvh.bounds().max.max_component() > 1e12 { 0..1 } else { 50..950 };
+        assert!(expected.contains(&packets), "{}: {packets} of 1000", mesh.name);
     }
 }
 

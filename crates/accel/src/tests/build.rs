@@ -1,6 +1,7 @@
 //! The builder: the same tree for any number of threads, sound trees, bounded depth.
 
 use kaustika_math::{Bounds3, Vec3};
+use rayon::prelude::*;
 
 use super::meshes::{Mesh, Random};
 use crate::builder::{self, WideTree};
@@ -88,11 +89,13 @@ fn check_wide_tree<const WIDTH: usize>(boxes: &[Bounds3], leaf_size: usize) {
     let tree = WideTree::<WIDTH>::build(&mut refs, leaf_size, &BuildOptions::default());
     let (root, bounds) = (tree.root.unwrap(), tree.bounds);
     assert!(!root.is_leaf() && root.index() == 0);
-    let leaves = tree.leaves.map(&refs, |l| l.iter().map(|r| r.prim()).collect::<Vec<_>>());
+    let leaves = tree.leaves.map(&refs, |l| l.iter().map(|r| r.prim()).collect());
+    let leaves: Vec<Vec<u32>> = leaves.collect();
     let nodes = tree.nodes.map(|children| {
         assert!((2..=WIDTH).contains(&children.len()));
-        children.iter().map(|c| (c.bounds, c.place)).collect::<Vec<_>>()
+        children.iter().map(|c| (c.bounds, c.place)).collect()
     });
+    let nodes: Vec<Vec<_>> = nodes.collect();
     // Siblings are consecutive, nodes among nodes and leaves among leaves.
     for node in &nodes {
         for leaf in [false, true] {

@@ -3,7 +3,7 @@
 use kaustika_math::Ray;
 
 use super::meshes::{Mesh, Random};
-use crate::{BuildOptions, TriangleBvh};
+use crate::{BuildOptions, Segment, TriangleBvh};
 
 type V = [f64; 3];
 
@@ -48,13 +48,25 @@ fn hits_are_as_near_to_the_exact_ones_as_single_precision_allows() {
         let bvh = TriangleBvh::build(&mesh.positions, &mesh.indices, &BuildOptions::default());
         let mut r = Random::new(9);
         let mut worst = 0f64;
-        for _ in 0..20_000 {
+        // Each ray and seven beside it, so that there are packets and single rays.
+        let mut segments = Vec::new();
+        for _ in 0..20_000 / 8 {
             let ray = mesh.ray(&mut r);
-            let Some(hit) = bvh.intersect(&ray, f32::INFINITY) else { continue };
+            for _ in 0..8 {
+                let d = ray.d + r.cube() * (1e-3 * ray.d.length());
+                segments.push(Segment { ray: Ray::new(ray.o, d), t_max: f32::INFINITY });
+            }
+        }
+        segments
+            .extend((0..10_000).map(|_| Segment { ray: mesh.ray(&mut r), t_max: f32::INFINITY }));
+        let mut hits = vec![None; segments.len()];
+        bvh.intersect_all(&segments, &mut hits);
+        for (Segment { ray, .. }, hit) in segments.iter().zip(hits) {
+            let Some(hit) = hit else { continue };
             let corners = mesh.corners(hit.prim);
             let sum: f32 = hit.b.iter().sum();
             assert!((sum - 1.0).abs() <= 4e-7 && hit.b.iter().all(|b| *b >= 0.0), "{hit:?}");
-            let (t, _, condition) = double(corners, &ray);
+            let (t, _, condition) = double(corners, ray);
             if !(t.is_finite() && condition.is_finite()) {
                 continue;
             }

@@ -3,14 +3,53 @@
 use kaustika_math::{Ray, Vec3};
 
 use super::meshes::{Mesh, Random};
-use crate::{BuildOptions, TriangleBvh};
+use crate::{BuildOptions, Segment, TriangleBvh};
 
+/// Rays that leave, alone or in a batch.
 fn leaks(mesh: &Mesh, rays: impl Iterator<Item = Ray>) -> usize {
     let bvh = TriangleBvh::build(&mesh.positions, &mesh.indices, &BuildOptions::default());
-    rays.filter(|ray| {
-        bvh.intersect(ray, f32::INFINITY).is_none() || !bvh.occluded(ray, f32::INFINITY)
-    })
-    .count()
+    let segments: Vec<Segment> = rays.map(|ray| Segment { ray, t_max: f32::INFINITY }).collect();
+    let alone =
+        |s: &&Segment| bvh.intersect(&s.ray, s.t_max).is_none() || !bvh.occluded(&s.ray, s.t_max);
+    segments.iter().filter(alone).count() + leaks_of_batches(&bvh, &segments)
+}
+
+fn leaks_of_batches(bvh: &TriangleBvh, segments: &[Segment]) -> usize {
+    const SIZE: usize = 4096;
+    let (mut hits, mut occluded) = (vec![None; SIZE], vec![false; SIZE]);
+    let mut leaks = 0;
+    for batch in segments.chunks(SIZE) {
+        let (hits, occluded) = (&mut hits[..batch.len()], &mut occluded[..batch.len()]);
+        bvh.intersect_all(batch, hits);
+        bvh.occluded_all(batch, occluded);
+        leaks += hits.iter().zip(occluded).filter(|(h, o)| h.is_none() || !**o).count();
+    }
+    leaks
+}
+
+/// Half of the rays in all directions, half in bundles that go as packets.
+#[test]
+#[ignore = "slow; the tests below are the same with fewer rays"]
+fn ten_million_rays_stay_in_a_sphere() {
+    let mesh = Mesh::icosphere(6);
+    let bvh = TriangleBvh::build(&mesh.positions, &mesh.indices, &BuildOptions::default());
+    let mut r = Random::new(5);
+    let mut leaks = 0;
+    for _ in 0..1000 {
+        let mut segments = Vec::new();
+        for bundle in 0..10_000 / 8 {
+            let (o, d) = (r.direction() * (0.95 * r.unit()), r.direction());
+            for _ in 0..8 {
+                let ray = match bundle % 2 {
+                    0 => Ray::new(r.direction() * (0.95 * r.unit()), r.direction()),
+                    _ => Ray::new(o, d + r.cube() * 0.02),
+                };
+                segments.push(Segment { ray, t_max: f32::INFINITY });
+            }
+        }
+        leaks += leaks_of_batches(&bvh, &segments);
+    }
+    assert_eq!(leaks, 0);
 }
 
 #[test]

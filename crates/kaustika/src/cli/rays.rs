@@ -3,7 +3,7 @@
 use super::args::RaysArgs;
 use super::failure::Failure;
 use super::stdout;
-use kaustika::accel::{BuildOptions, TriangleBvh};
+use kaustika::accel::{BuildOptions, Segment, TriangleBvh};
 use kaustika::formats::mesh::{MeshOptions, read_mesh};
 use kaustika::math::{Ray, Vec3};
 use kaustika::transport::Workers;
@@ -12,8 +12,8 @@ use serde_json::{Value, json};
 use std::path::Path;
 use std::time::Instant;
 
-/// Rays a task traces.
-const CHUNK: usize = 4096;
+/// Rays a task traces, in one call.
+const CHUNK: usize = 2048;
 /// Floats a ray: origin, direction, tmax.
 const FLOATS: usize = 7;
 
@@ -116,7 +116,7 @@ impl Traced {
 fn measure(
     bvh: &TriangleBvh,
     query: Query,
-    rays: &[(Ray, f32)],
+    rays: &[Segment],
     repeat: u64,
     workers: &Workers,
 ) -> Traced {
@@ -140,7 +140,7 @@ struct Count {
 }
 
 /// Traces all rays; the sums do not depend on the number of threads.
-fn trace(bvh: &TriangleBvh, query: Query, rays: &[(Ray, f32)]) -> Count {
+fn trace(bvh: &TriangleBvh, query: Query, rays: &[Segment]) -> Count {
     let counts: Vec<Count> =
         rays.par_chunks(CHUNK).map(|chunk| trace_chunk(bvh, query, chunk)).collect();
     counts
@@ -148,22 +148,24 @@ fn trace(bvh: &TriangleBvh, query: Query, rays: &[(Ray, f32)]) -> Count {
         .fold(Count::default(), |a, b| Count { hits: a.hits + b.hits, t_sum: a.t_sum + b.t_sum })
 }
 
-fn trace_chunk(bvh: &TriangleBvh, query: Query, rays: &[(Ray, f32)]) -> Count {
-    let mut count = Count::default();
+fn trace_chunk(bvh: &TriangleBvh, query: Query, rays: &[Segment]) -> Count {
     match query {
         Query::Any => {
-            for (ray, t_max) in rays {
-                count.hits += bvh.occluded(ray, *t_max) as u64;
-            }
+            let mut occluded = [false; CHUNK];
+            let occluded = &mut occluded[..rays.len()];
+            bvh.occluded_all(rays, occluded);
+            Count { hits: occluded.iter().filter(|&&o| o).count() as u64, t_sum: 0.0 }
         }
         Query::Closest => {
-            for hit in rays.iter().filter_map(|(ray, t_max)| bvh.intersect(ray, *t_max)) {
-                count.hits += 1;
-                count.t_sum += hit.t as f64;
-            }
+            let mut hits = [None; CHUNK];
+            let hits = &mut hits[..rays.len()];
+            bvh.intersect_all(rays, hits);
+            hits.iter().flatten().fold(Count::default(), |c, hit| Count {
+                hits: c.hits + 1,
+                t_sum: c.t_sum + hit.t as f64,
+            })
         }
     }
-    count
 }
 
 fn json(tree: &Tree, file: &Path, query: Query, traced: &Traced, threads: usize) -> Value {
@@ -204,7 +206,7 @@ fn text(tree: &Tree, file: &Path, query: Query, traced: &Traced) -> String {
     )
 }
 
-fn read_rays(path: &Path) -> Result<Vec<(Ray, f32)>, Failure> {
+fn read_rays(path: &Path) -> Result<Vec<Segment>, Failure> {
     let failure = |cause: String| Failure::Input(format!("{}: {cause}", path.display()));
     let bytes = std::fs::read(path).map_err(|e| failure(e.to_string()))?;
     if bytes.is_empty() || bytes.len() % (4 * FLOATS) != 0 {
@@ -213,7 +215,8 @@ fn read_rays(path: &Path) -> Result<Vec<(Ray, f32)>, Failure> {
     }
     let ray = |b: &[u8]| {
         let f = |i: usize| f32::from_le_bytes([b[4 * i], b[4 * i + 1], b[4 * i + 2], b[4 * i + 3]]);
-        (Ray::new(Vec3::new(f(0), f(1), f(2)), Vec3::new(f(3), f(4), f(5))), f(6))
+        let ray = Ray::new(Vec3::new(f(0), f(1), f(2)), Vec3::new(f(3), f(4), f(5)));
+        Segment { ray, t_max: f(6) }
     };
     Ok(bytes.chunks_exact(4 * FLOATS).map(ray).collect())
 }
