@@ -69,8 +69,9 @@ impl Method for PathTracer {
         workers: &Workers,
     ) -> Result<Commit, RenderError> {
         let integrator = Integrator::new(scene, frame, &self.params);
-        let bands =
-            workers.bands(out, ROWS, |band| Wave::default().trace(&integrator, index, band))?;
+        let side_by_side = self.side_by_side.unwrap_or(scene.geometry.outgrows_caches());
+        let bands = workers
+            .bands(out, ROWS, |band| Wave::new(side_by_side).trace(&integrator, index, band))?;
         let mut stats = PassStats::default();
         bands.into_iter().for_each(|s| stats += s);
         Ok(Commit { kind: CommitKind::Average, stats })
