@@ -5,6 +5,9 @@
 //! eight rays, with the operations of the test of one ray. At a leaf lanes are rays or triangles,
 //! whichever there are fewer of the other.
 //!
+//! Rays that seek any hit do not go this way. They stop at different places, so that soon few are
+//! left, and there is no nearest child that all would want first: no gain was measured.
+//!
 //! Results are the bits of one ray at a time: the same boxes and triangles are met, and a traversal
 //! gives one answer in any order.
 
@@ -147,18 +150,16 @@ impl<const STACK: usize> PacketStack<STACK> {
 }
 
 /// What the rays have found.
-struct Found<const ANY: bool> {
+struct Found {
     /// The nearest hits so far; without one, the end of the segment.
     t: [f32; LANES],
     hits: [Option<(u32, [f32; 3])>; LANES],
-    /// The rays that are not done.
-    active: u32,
 }
 
-/// Traces the rays: to the nearest hit that is accepted, or with `ANY` to the first that comes.
+/// Traces the rays to the nearest hits that are accepted.
 /// `accept` is told the lane. Returns the hits. The packet was made of `segments`.
 #[inline(always)]
-pub(crate) fn trace<const STACK: usize, const ANY: bool>(
+pub(crate) fn trace<const STACK: usize>(
     tree: &Tree,
     packet: &Packet,
     segments: &[Segment; LANES],
@@ -171,7 +172,7 @@ pub(crate) fn trace<const STACK: usize, const ANY: bool>(
     let alone = |lane: usize| {
         PreparedRay::new(&segments[lane].ray, tree.bounds).unwrap_or(PreparedRay::NONE)
     };
-    let mut found = Found::<ANY> { t: packet.t_max, hits: [None; LANES], active: 0xff };
+    let mut found = Found { t: packet.t_max, hits: [None; LANES] };
     let mut size = 0;
     let mut current = tree.root;
     // The rays that meet what is current.
@@ -210,12 +211,12 @@ pub(crate) fn trace<const STACK: usize, const ANY: bool>(
             }
         }
         loop {
-            if size == 0 || found.active == 0 {
+            if size == 0 {
                 break 'walk;
             }
             size -= 1;
             let entry = stack[size];
-            mask = entry.at.le(F32x8::load(&found.t)) & found.active;
+            mask = entry.at.le(F32x8::load(&found.t));
             if mask != 0 {
                 current = entry.child;
                 break;
@@ -228,7 +229,7 @@ pub(crate) fn trace<const STACK: usize, const ANY: bool>(
     })
 }
 
-impl<const ANY: bool> Found<ANY> {
+impl Found {
     #[inline(always)]
     fn leaf(
         &mut self,
@@ -254,7 +255,7 @@ impl<const ANY: bool> Found<ANY> {
         }
         for triangle in 0..triangles {
             let Some(prim) = block.prim(triangle) else { break };
-            let (mask, t) = (mask & self.active, F32x8::load(&self.t));
+            let t = F32x8::load(&self.t);
             let hits = block.intersect_one(triangle, &packet.lanes, packet.axes, mask, t, alone);
             if let Some(mut hits) = hits {
                 while let Some(lane) = hits.pop() {
@@ -275,16 +276,9 @@ impl<const ANY: bool> Found<ANY> {
         accept: &mut impl FnMut(usize, &TriangleHit) -> bool,
     ) {
         let (t, b) = (hits.t(place), hits.b(place));
-        let tie =
-            !ANY && t == self.t[lane] && self.hits[lane].is_some_and(|(nearest, _)| prim < nearest);
-        let wanted = !ANY || self.active >> lane & 1 != 0;
-        if wanted && (t < self.t[lane] || tie) && accept(lane, &TriangleHit { t, prim, b }) {
-            self.hits[lane] = Some((prim, b));
-            if ANY {
-                self.active &= !(1 << lane);
-            } else {
-                self.t[lane] = t;
-            }
+        let tie = t == self.t[lane] && self.hits[lane].is_some_and(|(nearest, _)| prim < nearest);
+        if (t < self.t[lane] || tie) && accept(lane, &TriangleHit { t, prim, b }) {
+            (self.t[lane], self.hits[lane]) = (t, Some((prim, b)));
         }
     }
 }

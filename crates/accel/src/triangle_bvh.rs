@@ -297,13 +297,18 @@ impl TriangleBvh {
     }
 }
 
-/// Groups of eight rays of nearly one way as packets, then all others.
+/// Groups of eight rays of nearly one way that seek the nearest hit as packets, then all others.
 fn trace<const STACK: usize, const ANY: bool>(
     tree: &Tree,
     segments: &[Segment],
     mut accept: impl FnMut(usize, &TriangleHit) -> bool,
     mut done: impl FnMut(usize, Option<TriangleHit>),
 ) {
+    if ANY {
+        let all = segments.iter().copied().enumerate();
+        stream::trace::<STACK, ANY>(tree, all, accept, done);
+        return;
+    }
     let (groups, rest) = segments.as_chunks::<LANES>();
     let mut stack = PacketStack::<STACK>::new();
     let mut alone = Vec::with_capacity(groups.len());
@@ -313,9 +318,8 @@ fn trace<const STACK: usize, const ANY: bool>(
             continue;
         };
         let first = i * LANES;
-        let hits = packet::trace::<STACK, ANY>(tree, &packet, group, &mut stack, |lane, hit| {
-            accept(first + lane, hit)
-        });
+        let hits =
+            packet::trace(tree, &packet, group, &mut stack, |lane, hit| accept(first + lane, hit));
         for (lane, hit) in hits.into_iter().enumerate() {
             done(first + lane, hit);
         }

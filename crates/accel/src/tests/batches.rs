@@ -104,8 +104,9 @@ fn many_groups_of_the_test_are_packets_and_many_are_not() {
         let segments = segments(&mesh, 8000, &mut Random::new(14));
         let (groups, _) = segments.as_chunks();
         let packets = groups.iter().filter(|g| Packet::new(g, &bvh.bounds()).is_some()).count();
-        // Single precision may overflow on the largest coordinates: no packets.
-        let expected = if bvh.bounds().max.max_component() > 1e12 { 0..1 } else { 50..950 };
+        // Single precision may overflow on the largest coordinates: no packets there. Nor where
+        // directions are very short, as between points of the smallest meshes.
+        let expected = if bvh.bounds().max.max_component() > 1e12 { 0..1 } else { 20..950 };
         assert!(expected.contains(&packets), "{}: {packets} of 1000", mesh.name);
     }
 }
