@@ -9,6 +9,7 @@ mod bilinear;
 mod constant;
 mod constant_2d;
 mod discrete;
+mod guide;
 mod inversion;
 mod linear;
 mod rejection;

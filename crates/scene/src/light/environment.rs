@@ -111,15 +111,19 @@ impl Environment {
         }
     }
 
-    /// A direction and its density.
-    fn sample_direction(&self, u: Vec2) -> Option<(Vec3, f32)> {
-        match &self.source {
-            Source::Constant(_) => Some((warp::uniform_sphere(u), warp::UNIFORM_SPHERE_PDF_W)),
-            Source::Image(image) => {
-                let (d, pdf_w) = image.sample(u)?;
-                Some((image.to_world.vector(d).normalize(), pdf_w))
+    /// A direction, its density and the radiance from there.
+    fn sample(&self, u: Vec2, lambda: &Wavelengths) -> Option<(Vec3, f32, Spectrum)> {
+        let (wi, pdf_w, le) = match &self.source {
+            Source::Constant(l) => {
+                (warp::uniform_sphere(u), warp::UNIFORM_SPHERE_PDF_W, l.eval(lambda))
             }
-        }
+            Source::Image(image) => {
+                let (d, pdf_w, rgb) = image.sample(u)?;
+                let wi = image.to_world.vector(d).normalize();
+                (wi, pdf_w, uplift(SpectrumRole::Illuminant, rgb, lambda))
+            }
+        };
+        Some((wi, pdf_w, le * self.scale))
     }
 
     pub(super) fn sample_li(
@@ -129,14 +133,14 @@ impl Environment {
         u: Vec2,
         lambda: &Wavelengths,
     ) -> Option<LightSample> {
-        let (wi, pdf_w) = self.sample_direction(u)?;
+        let (wi, pdf_w, le) = self.sample(u, lambda)?;
         Some(LightSample {
             wi,
             p: from + wi * (2.0 * scene.radius + (from - scene.center).length()),
             p_error: Vec3::ZERO,
             n: Vec3::ZERO,
             pdf_w,
-            le: self.le(wi, lambda),
+            le,
             delta: false,
         })
     }
@@ -150,20 +154,13 @@ impl Environment {
         v: Vec2,
         lambda: &Wavelengths,
     ) -> Option<EmittedRay> {
-        let (from, pdf_w) = self.sample_direction(v)?;
+        let (from, pdf_w, le) = self.sample(v, lambda)?;
         let w = -from;
         let (s, t) = w.coordinate_system();
         let d = warp::disk(u) * scene.radius;
         let o = scene.center + s * d.x + t * d.y - w * scene.radius;
         let pdf_a = INV_PI / (scene.radius * scene.radius);
-        Some(EmittedRay {
-            ray: Ray::new(o, w),
-            le: self.le(from, lambda),
-            n: w,
-            pdf_a,
-            pdf_w,
-            cos: 1.0,
-        })
+        Some(EmittedRay { ray: Ray::new(o, w), le, n: w, pdf_a, pdf_w, cos: 1.0 })
     }
 
     pub(super) fn pdf_le(&self, scene: &Scene, _: Vec3, _: Vec3, w: Vec3) -> (f32, f32) {
@@ -192,7 +189,9 @@ impl ImageSource {
     /// RGB from the light-space direction `d`, unit.
     fn radiance(&self, d: Vec3) -> [f32; 3] {
         match self.layout {
-            EnvironmentLayout::LatLong => lat_long_lookup(&self.image, lat_long_square(d)),
+            EnvironmentLayout::LatLong => {
+                lat_long_lookup(&self.image, to_nodes(lat_long_square(d), &self.image))
+            }
             EnvironmentLayout::EqualArea => {
                 octahedral_lookup(&self.image, warp::equal_area_sphere_to_square(d))
             }
@@ -215,22 +214,29 @@ impl ImageSource {
         }
     }
 
-    fn sample(&self, u: Vec2) -> Option<(Vec3, f32)> {
-        let (d, pdf_w) = match &self.distribution {
+    /// A light-space direction, its density and the RGB from there. A place of the image is
+    /// looked up as it was chosen, not by way of its direction.
+    fn sample(&self, u: Vec2) -> Option<(Vec3, f32, [f32; 3])> {
+        let (d, pdf_w, rgb) = match &self.distribution {
             Distribution::LatLong(nodes) => {
                 let (p, pdf) = nodes.sample(u);
+                let rgb = lat_long_lookup(&self.image, p);
                 // Nodes are texel centres: shift by half a texel.
                 let phi = 2.0 * PI * (p.x + 0.5 / self.image.width as f32);
                 let ((st, ct), (sp, cp)) = ((PI * p.y).sin_cos(), phi.sin_cos());
-                (Vec3::new(sp * st, ct, -cp * st), pdf / (2.0 * PI * PI * st))
+                (Vec3::new(sp * st, ct, -cp * st), pdf / (2.0 * PI * PI * st), rgb)
             }
             Distribution::EqualArea(cells) => {
                 let (p, pdf) = cells.sample(u);
-                (warp::equal_area_square_to_sphere(p), pdf * warp::UNIFORM_SPHERE_PDF_W)
+                let d = warp::equal_area_square_to_sphere(p);
+                (d, pdf * warp::UNIFORM_SPHERE_PDF_W, octahedral_lookup(&self.image, p))
             }
-            Distribution::Uniform => (warp::uniform_sphere(u), warp::UNIFORM_SPHERE_PDF_W),
+            Distribution::Uniform => {
+                let d = warp::uniform_sphere(u);
+                (d, warp::UNIFORM_SPHERE_PDF_W, self.radiance(d))
+            }
         };
-        (pdf_w > 0.0 && pdf_w.is_finite()).then_some((d, pdf_w))
+        (pdf_w > 0.0 && pdf_w.is_finite()).then_some((d, pdf_w, rgb))
     }
 }
 
@@ -246,13 +252,14 @@ fn to_nodes(uv: Vec2, image: &ImageMap) -> Vec2 {
     Vec2::new(u - u.floor(), uv.y)
 }
 
-fn lat_long_lookup(image: &ImageMap, uv: Vec2) -> [f32; 3] {
+/// RGB at a place given as to the distribution's nodes.
+fn lat_long_lookup(image: &ImageMap, p: Vec2) -> [f32; 3] {
     let (w, h) = (image.width, image.height);
-    let x = to_nodes(uv, image).x * w as f32;
-    let y = uv.y * (h - 1) as f32;
+    let (x, y) = (p.x * w as f32, p.y * (h - 1) as f32);
     let x0 = (x as u32).min(w - 1);
     let y0 = (y as u32).min(h.saturating_sub(2));
-    let (x1, y1) = ((x0 + 1) % w, (y0 + 1).min(h - 1));
+    let x1 = if x0 + 1 < w { x0 + 1 } else { 0 };
+    let y1 = (y0 + 1).min(h - 1);
     let corners =
         [image.texel(x0, y0), image.texel(x1, y0), image.texel(x0, y1), image.texel(x1, y1)];
     blend(corners, x - x0 as f32, y - y0 as f32)
@@ -353,9 +360,11 @@ mod tests {
                 let d = warp::uniform_sphere(u);
                 integral += (light.pdf_w(d) * 4.0 * PI) as f64;
                 direct += (light.le(d, &lambda).0[0] * 4.0 * PI) as f64;
-                if let Some((d, pdf)) = light.sample_direction(u) {
+                if let Some((d, pdf, le)) = light.sample(u, &lambda) {
                     assert!((light.pdf_w(d) / pdf - 1.0).abs() < 2e-2 || pdf < 1e-3, "{u:?}");
-                    sampled += (light.le(d, &lambda).0[0] / pdf) as f64;
+                    let found = light.le(d, &lambda).0;
+                    assert!((le.0[0] / found[0] - 1.0).abs() < 1e-3, "{u:?} {le:?} {found:?}");
+                    sampled += (le.0[0] / pdf) as f64;
                 }
             }
             let k = (n * n) as f64;

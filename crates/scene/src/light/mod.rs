@@ -12,6 +12,7 @@ mod build;
 mod bvh;
 mod cone;
 mod environment;
+mod pair;
 mod point;
 mod selection;
 

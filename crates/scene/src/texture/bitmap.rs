@@ -129,11 +129,31 @@ impl BitmapSampler {
         let (x, y) = (st.x * w as f32 - 0.5, st.y * h as f32 - 0.5);
         let (fx, fy) = (x - x.floor(), y - y.floor());
         let (i, j) = (x.floor() as i64, y.floor() as i64);
-        let (a, b) = (self.texel(level, i, j), self.texel(level, i + 1, j));
-        let (c, d) = (self.texel(level, i, j + 1), self.texel(level, i + 1, j + 1));
+        let [a, b, c, d] = self.corners(level, i, j);
         std::array::from_fn(|k| {
             (a[k] * (1.0 - fx) + b[k] * fx) * (1.0 - fy) + (c[k] * (1.0 - fx) + d[k] * fx) * fy
         })
+    }
+
+    /// The texels (i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1), as [`BitmapSampler::texel`]
+    /// would give them one by one: their columns and rows are wrapped once, and what kind of
+    /// texels there are is asked once.
+    #[inline]
+    fn corners(&self, level: usize, i: i64, j: i64) -> [[f32; 4]; 4] {
+        let (w, h) = self.size(level);
+        let columns = wrap_pair(i, w as i64, self.source.wrap[0]);
+        let rows = wrap_pair(j, h as i64, self.source.wrap[1]);
+        let ([Some(i0), Some(i1)], [Some(j0), Some(j1)]) = (columns, rows) else {
+            let (right, up) = (i.saturating_add(1), j.saturating_add(1));
+            return [(i, j), (right, j), (i, up), (right, up)]
+                .map(|(i, j)| self.texel(level, i, j));
+        };
+        let [row0, row1] = [j0, j1].map(|j| (h as usize - 1 - j) * w as usize);
+        let indices = [row0 + i0, row0 + i1, row1 + i0, row1 + i1];
+        match level {
+            0 => fetch_four(&self.source.bitmap, &self.decode, indices),
+            n => indices.map(|index| self.levels[n - 1].texels[index]),
+        }
     }
 
     fn size(&self, level: usize) -> (u32, u32) {
@@ -210,6 +230,37 @@ fn wrap(i: i64, n: i64, mode: Wrap) -> Option<usize> {
         }
     };
     Some(w as usize)
+}
+
+/// [`wrap`] of `i` and `i` + 1: nearly always neighbours within the image, and no division.
+#[inline]
+fn wrap_pair(i: i64, n: i64, mode: Wrap) -> [Option<usize>; 2] {
+    let next = i.saturating_add(1);
+    if i >= 0 && next < n {
+        return [Some(i as usize), Some(next as usize)];
+    }
+    if mode == Wrap::Repeat {
+        let first = i.rem_euclid(n);
+        let second = if first + 1 < n { first + 1 } else { 0 };
+        return [Some(first as usize), Some(second as usize)];
+    }
+    [wrap(i, n, mode), wrap(next, n, mode)]
+}
+
+/// [`fetch`] of four texels.
+#[inline]
+fn fetch_four(bitmap: &Bitmap, decode: &[f32; 256], indices: [usize; 4]) -> [[f32; 4]; 4] {
+    match (&bitmap.texels, bitmap.channels) {
+        (Texels::U8(t), 3) => indices.map(|index| {
+            let [r, g, b] = [0, 1, 2].map(|c| decode[t[3 * index..3 * index + 3][c] as usize]);
+            [r, g, b, 1.0]
+        }),
+        (Texels::U8(t), 1) => indices.map(|index| {
+            let v = decode[t[index] as usize];
+            [v, v, v, 1.0]
+        }),
+        _ => indices.map(|index| fetch(bitmap, decode, index)),
+    }
 }
 
 /// Linear (r, g, b, alpha) of a texel.
@@ -304,6 +355,33 @@ mod tests {
             let du = (s.float(&at(u + h, v)) - s.float(&at(u - h, v))) / (2.0 * h);
             let dv = (s.float(&at(u, v + h)) - s.float(&at(u, v - h))) / (2.0 * h);
             assert!((g - Vec2::new(du, dv)).length() < 1e-2, "{g:?} {du} {dv}");
+        }
+    }
+
+    #[test]
+    fn corners_are_the_texels_one_by_one() {
+        for wrap in [Wrap::Repeat, Wrap::Clamp, Wrap::Black, Wrap::Mirror] {
+            for channels in 1..=4usize {
+                let (w, h) = (3usize, 2usize);
+                let codes: Vec<u8> = (0..w * h * channels).map(|k| (k * 37 % 256) as u8).collect();
+                let floats = codes.iter().map(|&c| c as f32).collect();
+                for texels in [Texels::U8(codes), Texels::F32(floats)] {
+                    let mut s = sampler(BitmapFilter::Bilinear, wrap);
+                    s.source.bitmap = Arc::new(Bitmap {
+                        width: w as u32,
+                        height: h as u32,
+                        channels: channels as u32,
+                        texels,
+                        encoding: Encoding::Srgb,
+                    });
+                    s.decode = decode_table(Encoding::Srgb);
+                    for (i, j) in (-8..8).flat_map(|i| (-8..8).map(move |j| (i, j))) {
+                        let one_by_one = [(i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1)];
+                        let want = one_by_one.map(|(i, j)| s.texel(0, i, j));
+                        assert_eq!(s.corners(0, i, j), want, "{wrap:?} {channels} {i} {j}");
+                    }
+                }
+            }
         }
     }
 
