@@ -90,12 +90,6 @@ impl Scene {
         Segment { ray: s.spawn_to(target), t_max: 1.0 }
     }
 
-    /// True if nothing stands between the surface `s` and the point of the light sample.
-    #[inline]
-    pub fn unoccluded(&self, s: &Surface, l: &LightSample) -> bool {
-        !self.occluded(&self.shadow_ray(s, l))
-    }
-
     /// Whether anything stands in the way of a ray.
     #[inline]
     pub fn occluded(&self, s: &Segment) -> bool {
