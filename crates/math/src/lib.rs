@@ -8,6 +8,7 @@
 mod bounds;
 mod float;
 mod frame;
+pub mod lanes;
 pub mod ray;
 pub mod special;
 mod transform;

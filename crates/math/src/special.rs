@@ -26,9 +26,9 @@ pub fn sin_cos_turn(u: f32) -> (f32, f32) {
 }
 
 /// Coefficients of sin(q π/4)/q and cos(q π/4) in powers of q².
-const SIN: [f32; 4] =
+pub(crate) const SIN: [f32; 4] =
     [std::f32::consts::FRAC_PI_4, -0.080_745_435, 0.002_490_006_8, -3.595_429_1e-5];
-const COS: [f32; 4] = [0.999_999_97, -0.308_424_25, 0.015_849_911, -3.188_774_7e-4];
+pub(crate) const COS: [f32; 4] = [0.999_999_97, -0.308_424_25, 0.015_849_911, -3.188_774_7e-4];
 
 /// The error function, accurate to 1.2e-7 (rational Chebyshev fit, Numerical Recipes' erfc).
 pub fn erf(x: f64) -> f64 {

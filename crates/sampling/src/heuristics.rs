@@ -12,6 +12,7 @@
 //! wherever a q is positive and vanish with it, for any q in [0, ∞], as extreme as they come; if
 //! all are 0, so are all weights. NaN counts as 0.
 
+use kaustika_math::lanes::Lanes;
 use std::fmt;
 use std::str::FromStr;
 
@@ -168,6 +169,21 @@ impl MisHeuristic {
             MisHeuristic::OnlyBsdf => alone(q_bsdf),
             MisHeuristic::OnlyLight if q_light > 0.0 => 0.0,
             MisHeuristic::OnlyLight => alone(q_bsdf),
+        }
+    }
+
+    /// As [`MisHeuristic::light`] of sixteen samples whose `q_light` is positive and finite.
+    #[inline(always)]
+    pub fn light_lanes(self, q_light: Lanes, q_bsdf: Lanes) -> Lanes {
+        let one = Lanes::splat(1.0);
+        let ratio = q_bsdf / q_light;
+        match self {
+            MisHeuristic::Both(Heuristic::Balance) => one / (one + ratio),
+            MisHeuristic::Both(Heuristic::Power(2.0)) => one / ratio.mul_add(ratio, one),
+            _ => {
+                let (q_light, q_bsdf) = (q_light.to_array(), q_bsdf.to_array());
+                Lanes::new(std::array::from_fn(|i| self.light(q_light[i], q_bsdf[i])))
+            }
         }
     }
 

@@ -7,6 +7,7 @@ use crate::description::{
 };
 use crate::error::BuildError;
 use crate::geometry::{Geometry, Group, Instance};
+use crate::lanes::{Lamps, Matte};
 use crate::light::{AreaLight, AreaShape, Light, LightSelection, LightSelectionKind, mean_power};
 use crate::material::Materials;
 use crate::scene::{Scene, ShapeInfo};
@@ -127,6 +128,8 @@ impl Scene {
             lights: gathered.lights,
             environments: Vec::new(),
             light_selection: LightSelection::default(),
+            mattes: Vec::new(),
+            lamps: None,
             camera,
             mode: options.mode,
             center,
@@ -150,6 +153,9 @@ impl Scene {
         });
         let kind = kind.unwrap_or_else(|| LightSelectionKind::for_lights(&scene.lights));
         scene.light_selection = LightSelection::new(kind, &scene);
+        scene.lamps = Lamps::of(&scene);
+        let matte = |s| Matte::of(s, &scene.materials, &scene.textures, scene.mode);
+        scene.mattes = scene.shapes.iter().map(matte).collect();
         Ok(scene)
     }
 

@@ -11,6 +11,7 @@ mod camera;
 pub mod description;
 mod error;
 mod geometry;
+pub mod lanes;
 mod light;
 mod material;
 mod scene;

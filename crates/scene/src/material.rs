@@ -242,6 +242,19 @@ impl Materials {
         true
     }
 
+    /// The albedo of a material that is diffuse, and alike on both sides if it reflects on the
+    /// back, which the second value says.
+    pub(crate) fn matte(&self, id: MaterialId) -> Option<(TextureId, bool)> {
+        match &self.models[id.0 as usize] {
+            MaterialModel::Diffuse { reflectance } => Some((*reflectance, self.two_sided)),
+            MaterialModel::TwoSided { front, back } if front == back => {
+                let (reflectance, _) = self.matte(*front)?;
+                Some((reflectance, true))
+            }
+            _ => None,
+        }
+    }
+
     /// The place under a frame that a map has turned.
     fn turned(&self, place: Place, frame: Frame, hit: &Hit) -> Place {
         let base = place.frame.n;

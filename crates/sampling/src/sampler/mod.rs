@@ -16,6 +16,7 @@ pub use plan::{SamplerConfig, SamplerPlan};
 use halton::Halton;
 use independent::Independent;
 use kaustika_math::Vec2;
+use kaustika_math::lanes::{LANES, Row};
 use pmj02::Pmj02;
 use sobol::Sobol;
 use stratified::Stratified;
@@ -121,6 +122,18 @@ impl<'a> Sampler<'a> {
         let mut u = [a.x, a.y, b.x, b.y, 0.0, 0.0, 0.0, 0.0];
         u[4..].fill_with(|| self.get_1d());
         u
+    }
+
+    /// [`Sampler::get_vertex`] of those of up to sixteen samplers whose bit is set in `wanted`;
+    /// number k of sampler i goes to `out[k][i]`.
+    #[inline]
+    pub fn get_vertices(samplers: &mut [Self], wanted: u32, out: &mut [Row; VERTEX_NUMBERS]) {
+        for (i, sampler) in samplers.iter_mut().enumerate().take(LANES) {
+            if wanted >> i & 1 != 0 {
+                let u = sampler.get_vertex();
+                out.iter_mut().zip(u).for_each(|(row, u)| row[i] = u);
+            }
+        }
     }
 
     /// The position in the pixel; to be drawn first, so that it takes the best dimensions.

@@ -19,6 +19,7 @@ mod selection;
 pub use area::{AreaLight, AreaShape};
 pub use environment::Environment;
 pub use point::{Directional, Goniometric, Point, Projection, Spot};
+pub(crate) use selection::FEW_LIGHTS;
 pub use selection::{LightSelection, LightSelectionKind, mean_power};
 
 use crate::Scene;

@@ -21,7 +21,7 @@ pub enum LightSelectionKind {
 
 /// With at most this many lights near each other the hierarchy costs more than it gains: the
 /// two triangles of a rectangle or two.
-const FEW_LIGHTS: usize = 4;
+pub(crate) const FEW_LIGHTS: usize = 4;
 
 impl LightSelectionKind {
     /// The default for these lights. Power says nothing about a lamp beside the sky, whose power
@@ -116,6 +116,14 @@ impl LightSelection {
             }
         };
         (pmf > 0.0).then_some((light, pmf, u2))
+    }
+
+    /// The table, if it is of few lights, whose choice is taken out of `u2.x`.
+    pub(crate) fn of_few(&self) -> Option<&Discrete> {
+        match &self.0 {
+            Selection::Table(table) if table.len() <= FEW_LIGHTS => Some(table),
+            _ => None,
+        }
     }
 
     /// Probability of [`LightSelection::sample`] choosing `light` for the same point.

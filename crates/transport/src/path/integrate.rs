@@ -11,6 +11,7 @@
 //! that chose the direction. A weight is 1 where the other technique cannot sample: camera
 //! rays, Dirac lobes, delta lights.
 
+use super::pack::Pack;
 use super::params::PathParams;
 use super::walk::{Previous, Walk};
 use crate::frame::Frame;
@@ -20,7 +21,8 @@ use kaustika_film::accumulate::PixelRecord;
 use kaustika_math::{Ray, Vec2, Vec3};
 use kaustika_sampling::{MisHeuristic, Sampler};
 use kaustika_scene::bsdf::{Bsdf, Lobes, Mode};
-use kaustika_scene::{CameraRay, Hit, LightId, Scene, Segment, Surface};
+use kaustika_scene::lanes::Matte;
+use kaustika_scene::{CameraRay, Hit, LightId, Scene, Segment, Surface, TexturePoint};
 use kaustika_spectra::{ColorMode, Spectrum, Wavelengths};
 
 /// Passages through interfaces a path may make before it is given up.
@@ -31,10 +33,10 @@ const MAX_PASSAGES: u32 = 1000;
 pub struct Integrator<'a> {
     scene: &'a Scene,
     frame: &'a Frame,
-    max_depth: u32,
-    only_depth: Option<u32>,
-    roulette: Roulette,
-    mis: MisHeuristic,
+    pub(super) max_depth: u32,
+    pub(super) only_depth: Option<u32>,
+    pub(super) roulette: Roulette,
+    pub(super) mis: MisHeuristic,
     hide_emitters: bool,
 }
 
@@ -95,7 +97,7 @@ impl<'a> Integrator<'a> {
 
     /// The path of one sample of one pixel, as far as the camera.
     #[inline]
-    pub(super) fn start(&self, pixel: [u32; 2], index: u64) -> Walk<'a> {
+    pub(super) fn start(&self, pixel: [u32; 2], index: u64) -> (Walk, Sampler<'a>) {
         let mut sampler = self.frame.sampler.start(pixel, index);
         let u = sampler.get_vertex();
         let film = self.frame.film_sample(pixel, Vec2::new(u[0], u[1]));
@@ -104,12 +106,12 @@ impl<'a> Integrator<'a> {
             ColorMode::Spectral => Wavelengths::sample(u[5]),
         };
         let camera = self.scene.camera.sample_we(film.film, Vec2::new(u[2], u[3]), u[4]);
-        Walk { film_weight: film.weight, ..self.begin(&camera, lambda, sampler) }
+        (Walk { film_weight: film.weight, ..self.begin(&camera, lambda) }, sampler)
     }
 
     /// The path that begins with a camera ray.
     #[inline]
-    fn begin(&self, camera: &CameraRay, lambda: Wavelengths, sampler: Sampler<'a>) -> Walk<'a> {
+    fn begin(&self, camera: &CameraRay, lambda: Wavelengths) -> Walk {
         Walk {
             segment: Segment { ray: camera.ray, t_max: camera.t_max },
             radiance: Spectrum::ZERO,
@@ -121,16 +123,15 @@ impl<'a> Integrator<'a> {
             spread: camera.spread * self.scene.footprint_scale,
             previous: Previous { p: camera.ray.o, n: Vec3::ZERO, pdf_w: 1.0, delta: true },
             lambda,
-            sampler,
             film_weight: 1.0,
         }
     }
 
     /// One sample of one pixel, without features.
     pub fn pixel(&self, pixel: [u32; 2], index: u64, stats: &mut PassStats) -> PixelRecord {
-        let mut walk = self.start(pixel, index);
-        self.finish(&mut walk, &mut Bsdf::default(), None, stats);
-        let rgb = self.rgb(&walk, stats);
+        let (mut walk, mut sampler) = self.start(pixel, index);
+        self.finish(&mut walk, &mut sampler, &mut Bsdf::default(), None, stats);
+        let rgb = self.rgb(walk.radiance, &walk.lambda, stats);
         PixelRecord { rgb, weight: walk.film_weight, ..PixelRecord::default() }
     }
 
@@ -139,25 +140,26 @@ impl<'a> Integrator<'a> {
         &self,
         camera: &CameraRay,
         lambda: Wavelengths,
-        sampler: Sampler<'a>,
+        mut sampler: Sampler<'a>,
         stats: &mut PassStats,
     ) -> PathSample {
-        let mut walk = self.begin(camera, lambda, sampler);
-        self.finish(&mut walk, &mut Bsdf::default(), None, stats);
+        let mut walk = self.begin(camera, lambda);
+        self.finish(&mut walk, &mut sampler, &mut Bsdf::default(), None, stats);
         PathSample { radiance: walk.radiance, lambda: walk.lambda }
     }
 
     /// Takes one path to its end. `record` gets the features of the first surface.
     pub(super) fn finish(
         &self,
-        walk: &mut Walk<'a>,
+        walk: &mut Walk,
+        sampler: &mut Sampler<'a>,
         bsdf: &mut Bsdf<'a>,
         mut record: Option<&mut PixelRecord>,
         stats: &mut PassStats,
     ) {
         loop {
             let hit = self.scene.hit(&walk.segment.ray, walk.segment.t_max);
-            let vertex = self.vertex(walk, hit.as_ref(), bsdf, record.as_deref_mut(), stats);
+            let vertex = self.vertex(walk, sampler, hit.as_ref(), bsdf, record.as_deref_mut(), stats);
             if let Some(light) = vertex.light
                 && !self.scene.occluded(&light.segment)
             {
@@ -170,8 +172,14 @@ impl<'a> Integrator<'a> {
     }
 
     /// What the film gets of a path that has ended. Bad numbers count as black.
-    pub(super) fn rgb(&self, walk: &Walk, stats: &mut PassStats) -> [f32; 3] {
-        let rgb = self.frame.sensor.rgb(walk.radiance, &walk.lambda);
+    #[inline]
+    pub(super) fn rgb(
+        &self,
+        radiance: Spectrum,
+        lambda: &Wavelengths,
+        stats: &mut PassStats,
+    ) -> [f32; 3] {
+        let rgb = self.frame.sensor.rgb(radiance, lambda);
         if rgb.iter().all(|v| v.is_finite()) {
             self.frame.clamp(rgb)
         } else {
@@ -186,6 +194,7 @@ impl<'a> Integrator<'a> {
     pub(super) fn vertex(
         &self,
         walk: &mut Walk,
+        sampler: &mut Sampler<'a>,
         hit: Option<&Hit>,
         bsdf: &mut Bsdf<'a>,
         record: Option<&mut PixelRecord>,
@@ -197,7 +206,7 @@ impl<'a> Integrator<'a> {
         stats.closest_rays += 1;
 
         // Add what it emits toward the path: the BSDF's term of (1).
-        let shown = self.counts(walk.depth) && !(walk.depth == 0 && self.hide_emitters);
+        let shown = self.shows(walk.depth);
         let Some(hit) = hit else {
             if shown {
                 walk.radiance += walk.beta * self.escaped(&ray, &walk.previous, &walk.lambda);
@@ -219,14 +228,15 @@ impl<'a> Integrator<'a> {
             return Vertex { light: None, goes_on: walk.passages <= MAX_PASSAGES };
         }
         if let (Some(record), 0) = (record, walk.depth) {
-            describe(scene, &surface, bsdf, wo, &walk.lambda, record);
+            let albedo = || bsdf.albedo(wo);
+            describe(scene, &surface, albedo, bsdf.shading_normal(), &walk.lambda, record);
         }
         if walk.depth >= self.max_depth {
             return Vertex::END;
         }
 
         // Every vertex draws as many numbers, so that those of one kind stay together.
-        let u = walk.sampler.get_vertex();
+        let u = sampler.get_vertex();
         let (u2_light, u2) = (Vec2::new(u[0], u[1]), Vec2::new(u[2], u[3]));
         let [u_light, uc, u_survive] = [u[4], u[5], u[6]];
 
@@ -268,6 +278,46 @@ impl<'a> Integrator<'a> {
             walk.beta /= q; // (4)
         }
         Vertex { light, goes_on: true }
+    }
+
+    /// What only some matte vertices need, of one path: adds what the surface emits, looks up its
+    /// albedo where that varies, and takes note of the first surface's features.
+    pub(super) fn matte_extras(
+        &self,
+        matte: &Matte,
+        hit: &Hit,
+        ray: &Ray,
+        lambda: &Wavelengths,
+        pack: &mut Pack,
+        lane: usize,
+        record: Option<&mut PixelRecord>,
+    ) -> Spectrum {
+        let scene = self.scene;
+        let depth = pack.depth[lane];
+        let mut surface = scene.geometry.surface(hit, ray);
+        if self.shows(depth)
+            && let Some(id) = surface.light
+        {
+            let le = self.emitted(id, &surface, ray, &pack.previous(lane), lambda);
+            pack.add(lane, pack.beta(lane) * le);
+        }
+        surface.footprint = pack.footprint[lane] + pack.spread[lane] * surface.t;
+        let rho = matte.constant.unwrap_or_else(|| {
+            let at = TexturePoint::of(&scene.geometry, &surface);
+            scene.textures.spectrum(matte.reflectance, &at, lambda)
+        });
+        if let (Some(record), 0) = (record, depth) {
+            let behind = surface.ns.dot(ray.d) > 0.0 && matte.two_sided;
+            let normal = if behind { -surface.ns } else { surface.ns };
+            describe(scene, &surface, || rho, normal, lambda, record);
+        }
+        rho
+    }
+
+    /// True if the light that a path of this many bounces meets is wanted.
+    #[inline]
+    fn shows(&self, depth: u32) -> bool {
+        self.counts(depth) && !(depth == 0 && self.hide_emitters)
     }
 
     /// True if paths of this many bounces are wanted.
@@ -349,19 +399,19 @@ impl<'a> Integrator<'a> {
 fn describe(
     scene: &Scene,
     s: &Surface,
-    bsdf: &Bsdf,
-    wo: Vec3,
+    albedo: impl FnOnce() -> Spectrum,
+    shading_normal: Vec3,
     lambda: &Wavelengths,
     record: &mut PixelRecord,
 ) {
     record.albedo = match s.light {
         Some(_) => [1.0; 3],
         None => kaustika_spectra::Sensor::default()
-            .rgb(bsdf.albedo(wo), lambda)
+            .rgb(albedo(), lambda)
             .map(|v| v.clamp(0.0, 1.0)),
     };
     record.normal = s.ng.into();
-    record.shading_normal = bsdf.shading_normal().into();
+    record.shading_normal = shading_normal.into();
     record.depth = s.t;
     record.position = s.p.into();
     record.uv = [s.uv.x, s.uv.y];

@@ -5,6 +5,8 @@
 //! lights, which it finds by chance or, from points and directions, not at all.
 
 mod integrate;
+mod matte;
+mod pack;
 mod params;
 mod walk;
 mod wave;
@@ -12,7 +14,7 @@ mod wave;
 pub use integrate::{Integrator, PathSample};
 pub use params::{PathParams, parameters};
 
-use self::wave::Wave;
+use self::wave::{Wave, trace_alone};
 use crate::frame::Frame;
 use crate::method::{
     Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule,
@@ -39,19 +41,19 @@ const ROWS: u32 = 4;
 #[derive(Debug)]
 pub struct PathTracer {
     params: PathParams,
-    side_by_side: Option<bool>,
+    alone: bool,
 }
 
 impl PathTracer {
     /// With these parameters.
     pub fn new(params: PathParams) -> PathTracer {
-        PathTracer { params, side_by_side: None }
+        PathTracer { params, alone: false }
     }
 
-    /// Whether paths are traced side by side or one after the other, instead of what suits the
-    /// size of the scene. Changes nothing but time.
-    pub fn with_paths_side_by_side(self, side_by_side: bool) -> PathTracer {
-        PathTracer { side_by_side: Some(side_by_side), ..self }
+    /// Paths are traced one after the other instead of side by side: slow, and the same but for
+    /// rounding. What the fast way is held against.
+    pub fn alone(self) -> PathTracer {
+        PathTracer { alone: true, ..self }
     }
 }
 
@@ -69,9 +71,10 @@ impl Method for PathTracer {
         workers: &Workers,
     ) -> Result<Commit, RenderError> {
         let integrator = Integrator::new(scene, frame, &self.params);
-        let side_by_side = self.side_by_side.unwrap_or(scene.geometry.outgrows_caches());
-        let bands = workers
-            .bands(out, ROWS, |band| Wave::new(side_by_side).trace(&integrator, index, band))?;
+        let bands = workers.bands(out, ROWS, |band| match self.alone {
+            true => trace_alone(&integrator, index, band),
+            false => Wave::new().trace(&integrator, index, band),
+        })?;
         let mut stats = PassStats::default();
         bands.into_iter().for_each(|s| stats += s);
         Ok(Commit { kind: CommitKind::Average, stats })

@@ -1,7 +1,6 @@
 //! A path on its way: what must be kept from one vertex to the next.
 
 use kaustika_math::Vec3;
-use kaustika_sampling::Sampler;
 use kaustika_scene::Segment;
 use kaustika_spectra::{Spectrum, Wavelengths};
 
@@ -17,7 +16,8 @@ pub(super) struct Previous {
 }
 
 /// A path between two vertices.
-pub(super) struct Walk<'a> {
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Walk {
     /// The ray to be traced next.
     pub(super) segment: Segment,
     /// Found so far, at the path's wavelengths.
@@ -36,7 +36,6 @@ pub(super) struct Walk<'a> {
     pub(super) previous: Previous,
     /// The secondary ones ended if the path was dispersed.
     pub(super) lambda: Wavelengths,
-    pub(super) sampler: Sampler<'a>,
     /// Weight of the sample on the film.
     pub(super) film_weight: f32,
 }

@@ -1,42 +1,73 @@
-//! The paths of a band, side by side or one after the other.
+//! Many paths side by side.
 //!
-//! Side by side, all paths trace their next ray, then each shades what it met, then all trace
-//! their shadow rays: rays that are traced as a batch do not wait for memory one after the other.
-//! Where the whole scene is in the cache there is nothing to wait for, and a path that stays in
-//! registers from ray to ray is faster. Paths do not know of each other, so the choice changes
-//! nothing but time.
+//! All paths of a wave trace their next ray, then each is taken on from what it met, then all
+//! trace their shadow rays. Rays that are traced as a batch do not wait for memory one after the
+//! other, and sixteen paths that met plain matte surfaces are taken on at once ([`super::matte`]);
+//! others one by one ([`Integrator::vertex`]). A path that ends makes room for the next pixel's,
+//! so that the wave stays full. Paths do not know of each other.
 
 use super::integrate::Integrator;
+use super::matte::{MatteHits, Onward};
+use super::pack::Pack;
 use super::walk::Walk;
 use crate::method::PassStats;
 use kaustika_film::accumulate::{PixelBand, PixelRecord};
+use kaustika_math::lanes::LANES;
+use kaustika_math::{Ray, Vec3};
+use kaustika_sampling::Sampler;
 use kaustika_scene::bsdf::Bsdf;
-use kaustika_scene::{RayBatch, Segment};
-use kaustika_spectra::Spectrum;
+use kaustika_scene::{Hit, Primitive, RayBatch, Segment};
+use kaustika_spectra::{Spectrum, Wavelengths};
 
 /// Paths of a wave: enough rays for a batch, few enough for the cache.
-const PATHS: usize = 512;
+const PATHS: usize = 1024;
 
-/// Buffers, reused from wave to wave.
-#[derive(Default)]
+/// Whose sample a path is.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    /// Pixel of the band, row by row.
+    pixel: u32,
+    /// Weight of the sample on the film.
+    film_weight: f32,
+}
+
+/// Paths under way, and room to work in.
 pub(super) struct Wave<'a> {
-    side_by_side: bool,
-    walks: Vec<Walk<'a>>,
+    packs: Vec<Pack>,
+    segments: Vec<Segment>,
+    lambdas: Vec<Wavelengths>,
+    samplers: Vec<Sampler<'a>>,
+    places: Vec<Place>,
+    /// Features of each path's first surface, if they are wanted.
     records: Vec<PixelRecord>,
-    /// The paths that go on.
-    alive: Vec<u32>,
-    rays: Vec<Segment>,
     batch: RayBatch,
+    /// Paths that have ended, in rising order.
+    ended: Vec<u32>,
     shadow_rays: Vec<Segment>,
     /// Whose the shadow rays are, and what they carry.
     lit: Vec<(u32, Spectrum)>,
     bsdf: Bsdf<'a>,
+    matte: Box<MatteHits>,
+    onward: Box<Onward>,
 }
 
 impl<'a> Wave<'a> {
-    /// Side by side, or one after the other.
-    pub(super) fn new(side_by_side: bool) -> Wave<'a> {
-        Wave { side_by_side, ..Wave::default() }
+    pub(super) fn new() -> Wave<'a> {
+        Wave {
+            packs: vec![Pack::default(); PATHS / LANES],
+            segments: Vec::with_capacity(PATHS),
+            lambdas: Vec::with_capacity(PATHS),
+            samplers: Vec::with_capacity(PATHS),
+            places: Vec::with_capacity(PATHS),
+            records: Vec::new(),
+            batch: RayBatch::default(),
+            ended: Vec::new(),
+            shadow_rays: Vec::new(),
+            lit: Vec::new(),
+            bsdf: Bsdf::default(),
+            matte: Box::default(),
+            onward: Box::default(),
+        }
     }
 
     /// One sample of every pixel of a band.
@@ -47,72 +78,217 @@ impl<'a> Wave<'a> {
         band: &mut PixelBand,
     ) -> PassStats {
         let mut stats = PassStats::default();
-        let (width, pixels) = (band.width(), band.width() * band.height());
-        let region = integrator.frame().region;
-        for first in (0..pixels).step_by(PATHS) {
-            let end = pixels.min(first + PATHS as u32);
-            self.walks.clear();
-            self.walks.extend((first..end).map(|i| {
-                let pixel = [region[0] + i % width, region[1] + band.y + i / width];
-                integrator.start(pixel, index)
-            }));
-            self.records.clear();
-            if band.wants_features() {
-                self.records.resize(self.walks.len(), PixelRecord::default());
+        let mut pixels = 0..band.width() * band.height();
+        loop {
+            self.fill(integrator, index, band, &mut pixels);
+            if self.segments.is_empty() {
+                return stats;
             }
-            if self.side_by_side {
-                self.finish_together(integrator, &mut stats);
-            } else {
-                for (i, walk) in self.walks.iter_mut().enumerate() {
-                    let record = self.records.get_mut(i);
-                    integrator.finish(walk, &mut self.bsdf, record, &mut stats);
-                }
-            }
-            for (i, walk) in (first..end).zip(&self.walks) {
-                let rgb = integrator.rgb(walk, &mut stats);
-                let features = self.records.get((i - first) as usize);
-                let record = PixelRecord {
-                    rgb,
-                    weight: walk.film_weight,
-                    ..features.copied().unwrap_or_default()
-                };
-                band.add(i % width, i / width, &record);
-            }
-        }
-        stats
-    }
-
-    /// Takes all paths to their ends.
-    fn finish_together(&mut self, integrator: &Integrator<'a>, stats: &mut PassStats) {
-        let scene = integrator.scene();
-        self.alive.clear();
-        self.alive.extend(0..self.walks.len() as u32);
-        while !self.alive.is_empty() {
-            self.rays.clear();
-            self.rays.extend(self.alive.iter().map(|&i| self.walks[i as usize].segment));
-            scene.hit_all(&self.rays, &mut self.batch);
-
+            integrator.scene().hit_all(&self.segments, &mut self.batch);
             self.shadow_rays.clear();
             self.lit.clear();
-            let mut hits = self.batch.hits.iter();
-            self.alive.retain(|&i| {
-                let walk = &mut self.walks[i as usize];
-                let hit = hits.next().and_then(Option::as_ref);
-                let record = self.records.get_mut(i as usize);
-                let vertex = integrator.vertex(walk, hit, &mut self.bsdf, record, stats);
-                if let Some(light) = vertex.light {
-                    self.shadow_rays.push(light.segment);
-                    self.lit.push((i, light.radiance));
-                }
-                vertex.goes_on
-            });
-
-            scene.occluded_all(&self.shadow_rays, &mut self.batch);
-            for (&(i, radiance), &occluded) in self.lit.iter().zip(&self.batch.occluded) {
+            for first in (0..self.segments.len()).step_by(LANES) {
+                self.shade(integrator, first, &mut stats);
+            }
+            integrator.scene().occluded_all(&self.shadow_rays, &mut self.batch);
+            for (&(i, light), &occluded) in self.lit.iter().zip(&self.batch.occluded) {
                 if !occluded {
-                    self.walks[i as usize].radiance += radiance;
+                    self.packs[i as usize / LANES].add(i as usize % LANES, light);
                 }
+            }
+            self.deliver(integrator, band, &mut stats);
+        }
+    }
+
+    /// Starts paths of the pixels that have none yet, as far as there is room.
+    fn fill(
+        &mut self,
+        integrator: &Integrator<'a>,
+        index: u64,
+        band: &PixelBand,
+        pixels: &mut std::ops::Range<u32>,
+    ) {
+        let region = integrator.frame().region;
+        for pixel in pixels.take(PATHS - self.segments.len()) {
+            let (x, y) = (pixel % band.width(), pixel / band.width());
+            let at = [region[0] + x, region[1] + band.y + y];
+            let (walk, sampler) = integrator.start(at, index);
+            let i = self.segments.len();
+            self.packs[i / LANES].set(i, &walk);
+            self.segments.push(walk.segment);
+            self.lambdas.push(walk.lambda);
+            self.samplers.push(sampler);
+            self.places.push(Place { pixel, film_weight: walk.film_weight });
+            if band.wants_features() {
+                self.records.push(PixelRecord::default());
             }
         }
     }
+
+    /// Takes the paths of a pack, which begins with path `first`, on from what their rays met.
+    fn shade(&mut self, integrator: &Integrator<'a>, first: usize, stats: &mut PassStats) {
+        let count = (self.segments.len() - first).min(LANES);
+        let mut alive = 0;
+        self.matte.lanes = 0;
+        for lane in 0..count {
+            let hit = self.batch.hits[first + lane];
+            if !self.is_matte(integrator, first, lane, hit.as_ref(), stats) {
+                let goes_on = self.vertex(integrator, first + lane, hit.as_ref(), stats);
+                alive |= u32::from(goes_on) << lane;
+            }
+        }
+        if self.matte.lanes != 0 {
+            self.matte_vertices(integrator, first, count, stats);
+            alive |= self.onward.alive;
+        }
+        let ended = (0..count).filter(|lane| alive >> lane & 1 == 0);
+        self.ended.extend(ended.map(|lane| (first + lane) as u32));
+    }
+
+    /// Takes one path on; false if it ends.
+    fn vertex(
+        &mut self,
+        integrator: &Integrator<'a>,
+        i: usize,
+        hit: Option<&Hit>,
+        stats: &mut PassStats,
+    ) -> bool {
+        let pack = &mut self.packs[i / LANES];
+        let mut walk = pack.get(i, self.segments[i], self.lambdas[i]);
+        let (sampler, record) = (&mut self.samplers[i], self.records.get_mut(i));
+        let vertex = integrator.vertex(&mut walk, sampler, hit, &mut self.bsdf, record, stats);
+        pack.set(i, &walk);
+        self.segments[i] = walk.segment;
+        self.lambdas[i] = walk.lambda;
+        if let Some(light) = vertex.light {
+            self.shadow_rays.push(light.segment);
+            self.lit.push((i as u32, light.radiance));
+        }
+        vertex.goes_on
+    }
+
+    /// If a path met a plain matte surface, puts it among [`Wave::matte`] and adds what the
+    /// surface emits.
+    #[inline(always)]
+    fn is_matte(
+        &mut self,
+        integrator: &Integrator<'a>,
+        first: usize,
+        lane: usize,
+        hit: Option<&Hit>,
+        stats: &mut PassStats,
+    ) -> bool {
+        let Some(hit @ Hit { t, primitive: Primitive::Triangle(triangle, b), instance: None }) =
+            hit
+        else {
+            return false;
+        };
+        let scene = integrator.scene();
+        let store = &scene.geometry.triangles;
+        let mesh = store.mesh(*triangle);
+        let Some(matte) = &scene.mattes[mesh.shape as usize] else { return false };
+        let (i, pack) = (first + lane, &mut self.packs[first / LANES]);
+        if mesh.first_light.is_some() || matte.constant.is_none() || !self.records.is_empty() {
+            let record = self.records.get_mut(i);
+            let (ray, lambda) = (&self.segments[i].ray, &self.lambdas[i]);
+            let rho = integrator.matte_extras(matte, hit, ray, lambda, pack, lane, record);
+            self.matte.set_reflectance(lane, rho);
+        } else if let Some(rho) = matte.constant {
+            self.matte.set_reflectance(lane, rho);
+        }
+        self.matte.lanes |= 1 << lane;
+        self.matte.triangles.set(lane, store, *triangle, *b);
+        self.matte.t[lane] = *t;
+        self.matte.two_sided =
+            self.matte.two_sided & !(1 << lane) | u32::from(matte.two_sided) << lane;
+        stats.closest_rays += 1;
+        true
+    }
+
+    /// Takes on the paths that are among [`Wave::matte`].
+    fn matte_vertices(
+        &mut self,
+        integrator: &Integrator<'a>,
+        first: usize,
+        count: usize,
+        stats: &mut PassStats,
+    ) {
+        let all = first..first + count;
+        Sampler::get_vertices(&mut self.samplers[all.clone()], self.matte.lanes, &mut self.matte.u);
+        let (pack, out) = (&mut self.packs[first / LANES], &mut *self.onward);
+        integrator.matte_vertices(&self.matte, &self.lambdas[all], pack, out);
+        let column = |rows: &[[f32; LANES]; 3], lane: usize| {
+            Vec3::new(rows[0][lane], rows[1][lane], rows[2][lane])
+        };
+        stats.shadow_rays += u64::from(out.lit.count_ones());
+        for lane in lanes_of(out.lit) {
+            let time = self.segments[first + lane].ray.time;
+            let (o, d) = (column(&out.shadow_origin, lane), column(&out.shadow_d, lane));
+            self.shadow_rays.push(Segment { ray: Ray { o, d, time }, t_max: 1.0 });
+            let light = Spectrum(out.light.each_ref().map(|row| row[lane]));
+            self.lit.push(((first + lane) as u32, light));
+        }
+        for lane in lanes_of(out.alive) {
+            let segment = &mut self.segments[first + lane];
+            let (o, d) = (column(&out.origin, lane), column(&pack.d, lane));
+            *segment = Segment { ray: Ray { o, d, ..segment.ray }, t_max: f32::INFINITY };
+        }
+    }
+
+    /// Gives the film the paths that have ended, and closes their gaps.
+    fn deliver(&mut self, integrator: &Integrator<'a>, band: &mut PixelBand, stats: &mut PassStats) {
+        // From the last on, so that none moves that is still to be delivered.
+        while let Some(i) = self.ended.pop() {
+            let i = i as usize;
+            let last = self.segments.len() - 1;
+            let radiance = self.packs[i / LANES].radiance(i);
+            let lambda = self.lambdas.swap_remove(i);
+            let place = self.places.swap_remove(i);
+            let moved = self.segments[last];
+            self.segments.swap_remove(i);
+            self.samplers.swap_remove(i);
+            let features = match self.records.is_empty() {
+                true => PixelRecord::default(),
+                false => self.records.swap_remove(i),
+            };
+            if i < last {
+                let walk = self.packs[last / LANES].get(last, moved, lambda);
+                self.packs[i / LANES].set(i, &walk);
+            }
+            let rgb = integrator.rgb(radiance, &lambda, stats);
+            let record = PixelRecord { rgb, weight: place.film_weight, ..features };
+            band.add(place.pixel % band.width(), place.pixel / band.width(), &record);
+        }
+    }
+}
+
+/// The lanes of a mask.
+fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lane = (bits != 0).then(|| bits.trailing_zeros() as usize % LANES)?;
+        bits &= bits - 1;
+        Some(lane)
+    })
+}
+
+/// The paths of a band one after the other: what [`Wave`] is held against.
+pub(super) fn trace_alone(
+    integrator: &Integrator,
+    index: u64,
+    band: &mut PixelBand,
+) -> PassStats {
+    let mut stats = PassStats::default();
+    let mut bsdf = Bsdf::default();
+    let region = integrator.frame().region;
+    for pixel in 0..band.width() * band.height() {
+        let (x, y) = (pixel % band.width(), pixel / band.width());
+        let at = [region[0] + x, region[1] + band.y + y];
+        let (mut walk, mut sampler): (Walk, _) = integrator.start(at, index);
+        let mut record = PixelRecord::default();
+        let features = band.wants_features().then_some(&mut record);
+        integrator.finish(&mut walk, &mut sampler, &mut bsdf, features, &mut stats);
+        let rgb = integrator.rgb(walk.radiance, &walk.lambda, &mut stats);
+        band.add(x, y, &PixelRecord { rgb, weight: walk.film_weight, ..record });
+    }
+    stats
 }

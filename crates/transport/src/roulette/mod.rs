@@ -6,4 +6,4 @@
 
 mod rules;
 
-pub use rules::{Roulette, Survival, WalkState};
+pub use rules::{Roulette, Survival, WalkState, WalkStates};

@@ -1,5 +1,6 @@
 //! Rules that choose the survival probability q.
 
+use kaustika_math::lanes::Lanes;
 use kaustika_spectra::Spectrum;
 use serde::{Deserialize, Serialize};
 
@@ -29,6 +30,19 @@ pub struct WalkState {
     pub depth: u32,
 }
 
+/// As [`WalkState`], of sixteen paths.
+#[derive(Clone, Copy, Debug)]
+pub struct WalkStates<'a> {
+    /// Path throughputs after the bounce.
+    pub beta: &'a [Lanes; 4],
+    /// Products of squared relative indices of refraction.
+    pub eta_scale: Lanes,
+    /// Weights of the last bounce.
+    pub weight: &'a [Lanes; 4],
+    /// Bounces so far.
+    pub depth: Lanes,
+}
+
 /// A rule with its limits.
 #[derive(Clone, Copy, Debug)]
 pub struct Roulette {
@@ -53,6 +67,20 @@ impl Roulette {
             Survival::Albedo => s.weight.max_component(),
         };
         q.min(self.q_max)
+    }
+
+    /// As [`Roulette::q`], of sixteen paths.
+    #[inline(always)]
+    pub fn q_lanes(&self, s: &WalkStates) -> Lanes {
+        let largest = |s: &[Lanes; 4]| s[0].fast_max(s[1]).fast_max(s[2].fast_max(s[3]));
+        let one = Lanes::splat(1.0);
+        let q = match self.survival {
+            Survival::None => return one,
+            Survival::Throughput => largest(s.beta) * s.eta_scale,
+            Survival::Albedo => largest(s.weight),
+        };
+        let early = s.depth.simd_le(Lanes::splat(self.rr_depth as f32));
+        early.select(one, q.fast_min(Lanes::splat(self.q_max)))
     }
 }
 

@@ -1,0 +1,221 @@
+//! The vertices of sixteen paths on plain matte surfaces at once: the twin of
+//! [`Integrator::vertex`], whose formulas these are, for by far the most frequent case.
+
+use super::integrate::Integrator;
+use super::pack::Pack;
+use crate::roulette::WalkStates;
+use kaustika_math::lanes::{
+    LANES, Lanes, Row, Vec3s, cosine_hemisphere, mask_of, offset_by,
+};
+use kaustika_math::{INV_PI, Vec2, Vec3};
+use kaustika_sampling::VERTEX_NUMBERS;
+use kaustika_scene::lanes::{LampSamples, Surfaces, TriangleHits};
+use kaustika_spectra::{Spectrum, Wavelengths};
+
+/// What the rays of a pack met, where it is plain matte.
+#[derive(Debug, Default)]
+#[repr(C, align(64))]
+pub(super) struct MatteHits {
+    /// Which lanes.
+    pub(super) lanes: u32,
+    pub(super) triangles: TriangleHits,
+    /// Distances.
+    pub(super) t: Row,
+    pub(super) reflectance: [Row; 4],
+    /// Lanes whose surfaces reflect on their back.
+    pub(super) two_sided: u32,
+    /// The vertices' random numbers.
+    pub(super) u: [Row; VERTEX_NUMBERS],
+}
+
+impl MatteHits {
+    /// Sets the albedo of a lane's surface.
+    #[inline(always)]
+    pub(super) fn set_reflectance(&mut self, lane: usize, rho: Spectrum) {
+        for (row, v) in self.reflectance.iter_mut().zip(rho.0) {
+            row[lane % LANES] = v;
+        }
+    }
+}
+
+/// Where the paths go from there.
+#[derive(Debug, Default)]
+#[repr(C, align(64))]
+pub(super) struct Onward {
+    /// Paths that go on.
+    pub(super) alive: u32,
+    /// Where their next rays start.
+    pub(super) origin: [Row; 3],
+    /// Paths with a light that is still to be seen.
+    pub(super) lit: u32,
+    /// Origins and directions of the rays to it, 1 long.
+    pub(super) shadow_origin: [Row; 3],
+    pub(super) shadow_d: [Row; 3],
+    /// What it adds if nothing is in the way.
+    pub(super) light: [Row; 4],
+}
+
+impl Integrator<'_> {
+    /// Takes paths on from what their rays met to their next rays.
+    #[inline(never)]
+    pub(super) fn matte_vertices(
+        &self,
+        at: &MatteHits,
+        lambdas: &[Wavelengths],
+        pack: &mut Pack,
+        out: &mut Onward,
+    ) {
+        let (zero, inv_pi) = (Lanes::splat(0.0), Lanes::splat(INV_PI));
+        let lanes = mask_of(at.lanes);
+        let s = at.triangles.surfaces();
+        let footprint = Lanes::new(pack.footprint);
+        let grown = Lanes::new(pack.spread).mul_add(Lanes::new(at.t), footprint);
+        pack.footprint = lanes.select(grown, footprint).to_array();
+
+        // The side that is seen, and its albedo.
+        let toward = -s.ns.dot(Vec3s::load(&pack.d));
+        let behind = toward.simd_lt(zero);
+        let n = (-s.ns).or(behind, s.ns);
+        let rho = at.reflectance.map(Lanes::new);
+        let some = (rho[0] + rho[1] + rho[2] + rho[3]).simd_gt(zero);
+        let depth = pack.depths();
+        let open = depth.simd_lt(Lanes::splat(self.max_depth as f32));
+        let seen = toward.simd_gt(zero) | (behind & mask_of(at.two_sided));
+        let live = lanes & seen & some & open;
+        let mut beta = pack.beta.map(Lanes::new);
+        let u = at.u.map(Lanes::new);
+
+        // Sample a light: its term of (1).
+        out.lit = 0;
+        let wanted = (live & self.counts_lanes(depth + Lanes::splat(1.0))).to_bitmask();
+        if wanted != 0 {
+            let (l, delta) = self.lights(wanted, &s, at, lambdas);
+            let cos = n.dot(l.wi);
+            let pdf_b = cos * inv_pi;
+            let w = self.mis.light_lanes(l.pdf_w, pdf_b); // (3)
+            let w = mask_of(delta).select(Lanes::splat(1.0), w);
+            let k = pdf_b * w / l.pdf_w;
+            let term: [Lanes; 4] = std::array::from_fn(|i| beta[i] * rho[i] * l.le[i] * k);
+            let some = (term[0] + term[1] + term[2] + term[3]).simd_gt(zero);
+            let ok = mask_of(wanted) & cos.simd_gt(zero) & l.pdf_w.simd_gt(zero) & some;
+            out.lit = ok.to_bitmask();
+            let o = s.origins(l.target - s.p);
+            out.shadow_origin = o.to_rows();
+            out.shadow_d = (l.target - o).to_rows();
+            out.light = term.map(Lanes::to_array);
+        }
+
+        // Sample the BSDF for the next direction.
+        let local = cosine_hemisphere([u[2], u[3]]);
+        let (b, t) = s.ns.coordinate_system();
+        let t = (-t).or(behind, t);
+        let d = (n * local.z).plus(b, local.x).plus(t, local.y);
+        let pdf_w = local.z * inv_pi;
+        beta = std::array::from_fn(|i| beta[i] * rho[i]); // (2)
+        let depth = depth + Lanes::splat(1.0);
+
+        // Russian roulette.
+        let eta_scale = Lanes::new(pack.eta_scale);
+        let q = self.roulette.q_lanes(&WalkStates { beta: &beta, eta_scale, weight: &rho, depth });
+        let one = Lanes::splat(1.0);
+        let survives = q.simd_ge(one) | u[6].simd_lt(q);
+        let boost = q.simd_lt(one).select(one / q, one);
+        let alive = live & pdf_w.simd_gt(zero) & survives;
+        out.alive = alive.to_bitmask();
+
+        // The other lanes keep what they have.
+        let keep = |new: Lanes, old: &mut Row| {
+            *old = alive.select(new, Lanes::new(*old)).to_array();
+        };
+        let keep_vec = |new: Vec3s, old: &mut [Row; 3]| {
+            *old = new.or(alive, Vec3s::load(old)).to_rows();
+        };
+        for (new, old) in beta.into_iter().zip(&mut pack.beta) {
+            keep(new * boost, old); // (4)
+        }
+        keep_vec(d, &mut pack.d);
+        keep_vec(s.p, &mut pack.previous_p);
+        keep_vec(s.ng, &mut pack.previous_n);
+        keep(pdf_w, &mut pack.previous_pdf_w);
+        pack.delta &= !out.alive;
+        for (i, depth) in pack.depth.iter_mut().enumerate() {
+            *depth += out.alive >> i & 1;
+        }
+        out.origin = s.origins(d).to_rows();
+    }
+
+    /// As [`Integrator::counts`], of sixteen paths.
+    #[inline(always)]
+    fn counts_lanes(&self, depth: Lanes) -> Lanes {
+        let short = depth.simd_le(Lanes::splat(self.max_depth as f32));
+        match self.only_depth {
+            Some(only) => short & depth.simd_eq(Lanes::splat(only as f32)),
+            None => short,
+        }
+    }
+
+    /// A point of a light for each of the `wanted` lanes, and the lanes whose light is a Dirac's.
+    #[inline(always)]
+    fn lights(
+        &self,
+        wanted: u32,
+        s: &Surfaces,
+        at: &MatteHits,
+        lambdas: &[Wavelengths],
+    ) -> (LampSamples, u32) {
+        match &self.scene().lamps {
+            Some(lamps) if self.mis.samples_lights() => {
+                (lamps.sample(s.p, [at.u[0], at.u[1]].map(Lanes::new)), 0)
+            }
+            _ => self.any_lights(wanted, s, at, lambdas),
+        }
+    }
+
+    /// As [`Integrator::lights`] for lights of any kind, path by path.
+    #[inline(never)]
+    fn any_lights(
+        &self,
+        wanted: u32,
+        s: &Surfaces,
+        at: &MatteHits,
+        lambdas: &[Wavelengths],
+    ) -> (LampSamples, u32) {
+        let scene = self.scene();
+        let (p, ng) = (s.p.to_rows(), s.ng.to_rows());
+        let mut rows = [[0.0; LANES]; 15];
+        let mut delta = 0;
+        for (lane, lambda) in lambdas.iter().enumerate().filter(|(i, _)| wanted >> i & 1 != 0) {
+            let column = |v: &[Row; 3]| Vec3::new(v[0][lane], v[1][lane], v[2][lane]);
+            let (p, ng) = (column(&p), column(&ng));
+            let (u, u2) = (at.u[4][lane], Vec2::new(at.u[0][lane], at.u[1][lane]));
+            let Some((id, pmf, u2)) = scene.light_selection.sample(p, ng, u, u2) else { continue };
+            let light = scene.light(id);
+            if !light.is_delta() && !self.mis.samples_lights() {
+                continue;
+            }
+            let sample = light.sample_li(scene, p, u2, lambda);
+            let Some(l) = &sample else { continue };
+            delta |= u32::from(l.delta) << lane;
+            let reach = l.n.abs().dot(l.p_error);
+            let [r, g, b, w] = l.le.0;
+            let all = [
+                [l.wi.x, l.wi.y, l.wi.z, l.p.x, l.p.y],
+                [l.p.z, l.n.x, l.n.y, l.n.z, reach],
+                [pmf * l.pdf_w, r, g, b, w],
+            ];
+            for (row, v) in rows.iter_mut().zip(all.as_flattened()) {
+                row[lane] = *v;
+            }
+        }
+        let [wx, wy, wz, px, py, pz, nx, ny, nz, reach, pdf_w, r, g, b, w] = rows.map(Lanes::new);
+        let at = Vec3s { x: px, y: py, z: pz };
+        let n = Vec3s { x: nx, y: ny, z: nz };
+        let sample = LampSamples {
+            wi: Vec3s { x: wx, y: wy, z: wz },
+            target: offset_by(at, reach, n, s.p - at),
+            pdf_w,
+            le: [r, g, b, w],
+        };
+        (sample, delta)
+    }
+}
