@@ -37,4 +37,4 @@ pub mod strata;
 pub mod walk;
 
 pub use heuristics::{Heuristic, MisHeuristic};
-pub use sampler::{VERTEX_NUMBERS, PrimarySample, Sampler, SamplerConfig, SamplerKind, SamplerPlan};
+pub use sampler::{PrimarySample, Sampler, SamplerConfig, SamplerKind, SamplerPlan};

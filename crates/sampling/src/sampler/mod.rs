@@ -128,8 +128,20 @@ impl<'a> Sampler<'a> {
     /// number k of sampler i goes to `out[k][i]`.
     #[inline]
     pub fn get_vertices(samplers: &mut [Self], wanted: u32, out: &mut [Row; VERTEX_NUMBERS]) {
+        let wanted = |i: usize| wanted >> i & 1 != 0;
+        if samplers.iter().all(|s| matches!(s.source, Source::Sobol(_))) {
+            let mut seeds = [[0; LANES]; 3];
+            for (i, sampler) in samplers.iter_mut().enumerate().take(LANES) {
+                if let (true, Source::Sobol(s)) = (wanted(i), &mut sampler.source) {
+                    let of_path = s.vertex_seeds(sampler.dimension);
+                    seeds.iter_mut().zip(of_path).for_each(|(row, seed)| row[i] = seed);
+                    sampler.dimension = sampler.dimension.wrapping_add(VERTEX_NUMBERS as u32);
+                }
+            }
+            return sobol::vertices_from_seeds(&seeds, out);
+        }
         for (i, sampler) in samplers.iter_mut().enumerate().take(LANES) {
-            if wanted >> i & 1 != 0 {
+            if wanted(i) {
                 let u = sampler.get_vertex();
                 out.iter_mut().zip(u).for_each(|(row, u)| row[i] = u);
             }

@@ -8,9 +8,10 @@
 //! index: beyond 2³² samples a fresh scramble begins.
 
 use super::VERTEX_NUMBERS;
-use super::sobol_matrix::{pair_reversed, pascal_reversed};
+use super::sobol_matrix::{PAIR_COLUMNS, pair_reversed, pascal_reversed};
 use crate::hash::{combine, halves, mix_bits_32, nth, owen_reversed, third, unit};
 use kaustika_math::Vec2;
+use kaustika_math::lanes::{LANES, Row};
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sobol {
@@ -34,6 +35,42 @@ pub(super) fn scrambled_2d(x: u32, y: u32, seeds: u64) -> Vec2 {
     let both = u64::from(owen_reversed(x, sx)) | u64::from(owen_reversed(y, sy)) << 32;
     let (x, y) = halves(both.reverse_bits());
     Vec2::new(unit(x), unit(y))
+}
+
+/// [`Sobol::get_vertex`] of sixteen paths from their [`Sobol::vertex_seeds`]: the same
+/// operations, here with a path a lane.
+#[inline(never)]
+pub(super) fn vertices_from_seeds(
+    [high, low, index_reversed]: &[[u32; LANES]; 3],
+    out: &mut [Row; VERTEX_NUMBERS],
+) {
+    let shuffled = |group: u32| -> [u32; LANES] {
+        std::array::from_fn(|i| {
+            let seed = mix_bits_32(high[i] ^ group << 28);
+            owen_reversed(index_reversed[i], seed).reverse_bits()
+        })
+    };
+    let mut write = |k: usize, x: &[u32; LANES]| {
+        for i in 0..LANES {
+            out[k][i] = scrambled(x[i], mix_bits_32(low[i] ^ (k as u32) << 28));
+        }
+    };
+    let x = shuffled(0);
+    write(0, &x);
+    write(1, &x.map(pascal_reversed));
+    let (mut y, mut z) = ([0; LANES], [0; LANES]);
+    for (bit, (third, fourth)) in PAIR_COLUMNS.iter().enumerate() {
+        for i in 0..LANES {
+            let set = 0u32.wrapping_sub(x[i] >> bit & 1);
+            y[i] ^= third & set;
+            z[i] ^= fourth & set;
+        }
+    }
+    write(2, &y);
+    write(3, &z);
+    for k in 4..VERTEX_NUMBERS {
+        write(k, &shuffled(k as u32 - 3));
+    }
 }
 
 impl Sobol {
@@ -73,6 +110,14 @@ impl Sobol {
         x[1] = pascal_reversed(i);
         (x[2], x[3]) = pair_reversed(i);
         std::array::from_fn(|lane| scrambled(x[lane], scrambles[lane]))
+    }
+
+    /// What this path's numbers at a vertex are made of.
+    #[inline(always)]
+    pub(super) fn vertex_seeds(&mut self, dimension: u32) -> [u32; 3] {
+        self.half_group = None;
+        let (high, low) = halves(nth(self.key, dimension));
+        [high, low, self.index_reversed]
     }
 
     #[inline(never)]

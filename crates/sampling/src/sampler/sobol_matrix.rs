@@ -39,6 +39,18 @@ pub(super) fn pair_reversed(i: u32) -> (u32, u32) {
     (both as u32, (both >> 32) as u32)
 }
 
+/// The columns of the third and fourth dimension's matrices, bits reversed.
+pub(super) static PAIR_COLUMNS: [(u32, u32); 32] = {
+    let mut columns = [(0, 0); 32];
+    let mut bit = 0;
+    while bit < 32 {
+        let both = PAIR[bit / 4][1 << (bit % 4)];
+        columns[bit] = (both as u32, (both >> 32) as u32);
+        bit += 1;
+    }
+    columns
+};
+
 /// For each 4 bits of the index their contribution to the third (low half) and fourth
 /// (high half) dimension; 1 KB.
 static PAIR: [[u64; 16]; 8] = {

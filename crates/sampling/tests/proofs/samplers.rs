@@ -57,6 +57,35 @@ fn values_are_in_range_and_repeat() {
     }
 }
 
+/// Sixteen vertices drawn at once have the numbers they have one by one.
+#[test]
+fn vertices_together_are_vertices_alone() {
+    for kind in SamplerKind::ALL {
+        let plan = plan(kind, 3, 64);
+        for index in INDICES {
+            for (wanted, count) in [(0xffff, 16), (0b1001_0110_0100, 12), (1, 1)] {
+                let paths = |i: usize| {
+                    let mut s = plan.start([i as u32 * 7, 5], index.wrapping_add(i as u64 / 3));
+                    s.seek(DIMENSIONS[i % DIMENSIONS.len()]);
+                    s
+                };
+                let mut together: Vec<Sampler> = (0..count).map(paths).collect();
+                let mut alone: Vec<Sampler> = (0..count).map(paths).collect();
+                for _ in 0..3 {
+                    let mut rows = [[-1.0; 16]; VERTEX_NUMBERS];
+                    Sampler::get_vertices(&mut together, wanted, &mut rows);
+                    for i in (0..count).filter(|i| wanted >> i & 1 != 0) {
+                        assert_eq!(rows.map(|row| row[i]), alone[i].get_vertex(), "{kind} {i}");
+                    }
+                }
+                for (a, b) in together.iter_mut().zip(&mut alone) {
+                    assert_eq!(a.get_2d(), b.get_2d(), "{kind}");
+                }
+            }
+        }
+    }
+}
+
 #[test]
 fn seed_pixel_index_and_branch_all_matter() {
     for kind in SamplerKind::ALL {

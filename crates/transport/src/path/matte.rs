@@ -8,7 +8,7 @@ use kaustika_math::lanes::{
     LANES, Lanes, Row, Vec3s, cosine_hemisphere, mask_of, offset_by,
 };
 use kaustika_math::{INV_PI, Vec2, Vec3};
-use kaustika_sampling::VERTEX_NUMBERS;
+use kaustika_sampling::sampler::VERTEX_NUMBERS;
 use kaustika_scene::lanes::{LampSamples, Surfaces, TriangleHits};
 use kaustika_spectra::{Spectrum, Wavelengths};
 
