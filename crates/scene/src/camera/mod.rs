@@ -13,6 +13,7 @@ pub use projective::Projective;
 pub use spherical::Spherical;
 
 use crate::description::{CameraDesc, CameraKind};
+use kaustika_math::lanes::{Lanes, Vec3s};
 use kaustika_math::{Ray, Vec2, Vec3};
 
 /// A ray from the camera into the scene.
@@ -25,6 +26,21 @@ pub struct CameraRay {
     /// Angle that a pixel's width fills, radians (orthographic: 0, see `width`).
     pub spread: f32,
     /// Width of a pixel's footprint at the origin, world units.
+    pub width: f32,
+}
+
+/// Sixteen [`CameraRay`]s.
+#[derive(Clone, Copy, Debug)]
+pub struct CameraRays {
+    /// Origins.
+    pub o: Vec3s,
+    /// Unit directions.
+    pub d: Vec3s,
+    /// See [`CameraRay::t_max`].
+    pub t_max: Lanes,
+    /// See [`CameraRay::spread`].
+    pub spread: f32,
+    /// See [`CameraRay::width`].
     pub width: f32,
 }
 
@@ -75,6 +91,16 @@ impl Camera {
         match self {
             Camera::Projective(c) => c.sample_we(film, lens, time),
             Camera::Spherical(c) => c.sample_we(film, time),
+        }
+    }
+
+    /// The rays through sixteen film positions and lens samples; `None` for cameras that make
+    /// them one by one.
+    #[inline(always)]
+    pub fn sample_we_lanes(&self, film: [Lanes; 2], lens: [Lanes; 2]) -> Option<CameraRays> {
+        match self {
+            Camera::Projective(c) => c.sample_we_lanes(film, lens),
+            Camera::Spherical(_) => None,
         }
     }
 

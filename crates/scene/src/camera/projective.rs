@@ -11,6 +11,8 @@
 //! A is the area of the picture on the plane z = 1 and N the number of its pixels: densities
 //! over the film are per pixel (Pharr et al. 2023, sec. 13.2; Veach 1997, sec. 8.A).
 
+mod lanes;
+
 use super::{CameraConnection, CameraRay};
 use crate::description::{CameraDesc, CameraKind, FovAxis};
 use kaustika_math::{Ray, Transform, Vec2, Vec3, sqr, warp};

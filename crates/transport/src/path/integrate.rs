@@ -23,7 +23,7 @@ use kaustika_sampling::{MisHeuristic, Sampler};
 use kaustika_scene::bsdf::{Bsdf, Lobes, Mode};
 use kaustika_scene::lanes::Matte;
 use kaustika_scene::{CameraRay, Hit, LightId, Scene, Segment, Surface, TexturePoint};
-use kaustika_spectra::{ColorMode, Spectrum, Wavelengths};
+use kaustika_spectra::{Spectrum, Wavelengths};
 
 /// Passages through interfaces a path may make before it is given up.
 const MAX_PASSAGES: u32 = 1000;
@@ -93,38 +93,6 @@ impl<'a> Integrator<'a> {
     /// Into what.
     pub(super) fn frame(&self) -> &'a Frame {
         self.frame
-    }
-
-    /// The path of one sample of one pixel, as far as the camera.
-    #[inline]
-    pub(super) fn start(&self, pixel: [u32; 2], index: u64) -> (Walk, Sampler<'a>) {
-        let mut sampler = self.frame.sampler.start(pixel, index);
-        let u = sampler.get_vertex();
-        let film = self.frame.film_sample(pixel, Vec2::new(u[0], u[1]));
-        let lambda = match self.scene.mode {
-            ColorMode::Rgb => Wavelengths::rgb(),
-            ColorMode::Spectral => Wavelengths::sample(u[5]),
-        };
-        let camera = self.scene.camera.sample_we(film.film, Vec2::new(u[2], u[3]), u[4]);
-        (Walk { film_weight: film.weight, ..self.begin(&camera, lambda) }, sampler)
-    }
-
-    /// The path that begins with a camera ray.
-    #[inline]
-    fn begin(&self, camera: &CameraRay, lambda: Wavelengths) -> Walk {
-        Walk {
-            segment: Segment { ray: camera.ray, t_max: camera.t_max },
-            radiance: Spectrum::ZERO,
-            beta: Spectrum::ONE,
-            eta_scale: 1.0,
-            depth: 0,
-            passages: 0,
-            footprint: camera.width * self.scene.footprint_scale,
-            spread: camera.spread * self.scene.footprint_scale,
-            previous: Previous { p: camera.ray.o, n: Vec3::ZERO, pdf_w: 1.0, delta: true },
-            lambda,
-            film_weight: 1.0,
-        }
     }
 
     /// One sample of one pixel, without features.

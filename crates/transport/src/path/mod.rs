@@ -8,6 +8,7 @@ mod integrate;
 mod matte;
 mod pack;
 mod params;
+mod start;
 mod walk;
 mod wave;
 

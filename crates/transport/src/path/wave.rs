@@ -11,6 +11,7 @@ use super::matte::{MatteHits, Onward};
 use super::pack::Pack;
 use super::walk::Walk;
 use crate::method::PassStats;
+use arrayvec::ArrayVec;
 use kaustika_film::accumulate::{PixelBand, PixelRecord};
 use kaustika_math::lanes::LANES;
 use kaustika_math::{Ray, Vec3};
@@ -109,18 +110,26 @@ impl<'a> Wave<'a> {
         pixels: &mut std::ops::Range<u32>,
     ) {
         let region = integrator.frame().region;
-        for pixel in pixels.take(PATHS - self.segments.len()) {
-            let (x, y) = (pixel % band.width(), pixel / band.width());
-            let at = [region[0] + x, region[1] + band.y + y];
-            let (walk, sampler) = integrator.start(at, index);
-            let i = self.segments.len();
-            self.packs[i / LANES].set(i, &walk);
-            self.segments.push(walk.segment);
-            self.lambdas.push(walk.lambda);
-            self.samplers.push(sampler);
-            self.places.push(Place { pixel, film_weight: walk.film_weight });
+        let mut room = PATHS - self.segments.len();
+        while room > 0 && pixels.start < pixels.end {
+            let next = pixels.start..pixels.end.min(pixels.start + room.min(LANES) as u32);
+            pixels.start = next.end;
+            room -= next.len();
+            let at = |pixel: u32| {
+                [region[0] + pixel % band.width(), region[1] + band.y + pixel / band.width()]
+            };
+            let places: ArrayVec<[u32; 2], LANES> = next.clone().map(at).collect();
+            let mut numbers = next.clone();
+            integrator.start_all(&places, index, &mut self.samplers, |walk| {
+                let i = self.segments.len();
+                self.packs[i / LANES].set(i, walk);
+                self.segments.push(walk.segment);
+                self.lambdas.push(walk.lambda);
+                let pixel = numbers.next().unwrap_or_default();
+                self.places.push(Place { pixel, film_weight: walk.film_weight });
+            });
             if band.wants_features() {
-                self.records.push(PixelRecord::default());
+                self.records.resize(self.segments.len(), PixelRecord::default());
             }
         }
     }
