@@ -6,7 +6,7 @@ use super::{InvalidWeights, PiecewiseConstant1D};
 use kaustika_math::lerp;
 
 /// The density that interpolates linearly between n + 1 equidistant nodes of [0, 1]:
-/// emission spectra, phase functions, marginals of [`Bilinear2D`](super::Bilinear2D).
+/// emission spectra, phase functions.
 #[derive(Clone, Debug)]
 pub struct PiecewiseLinear1D {
     /// The density at the nodes.

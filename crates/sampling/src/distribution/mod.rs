@@ -5,18 +5,16 @@
 //! needed. Tabulated densities live on [0, 1) or [0, 1)² and integrate to 1 there; the caller
 //! rescales. In all of them `sample` returns the very number that `pdf` gives for its result.
 
-mod bilinear;
 mod constant;
 mod constant_2d;
 mod discrete;
-mod guide;
 mod inversion;
 mod linear;
 mod rejection;
 mod reservoir;
+mod tiled;
 mod weights;
 
-pub use bilinear::Bilinear2D;
 pub use constant::PiecewiseConstant1D;
 pub use constant_2d::PiecewiseConstant2D;
 pub use discrete::{Discrete, DiscreteSample};
@@ -27,4 +25,5 @@ pub use inversion::{
 pub use linear::PiecewiseLinear1D;
 pub use rejection::{Rejection, rejection};
 pub use reservoir::WeightedReservoir;
+pub use tiled::{Tiled2D, TiledSample};
 pub use weights::InvalidWeights;

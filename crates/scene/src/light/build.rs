@@ -48,7 +48,7 @@ impl Light {
             }
             LightKind::Image { bitmap, space, layout, scale, illuminance } => {
                 let image = ImageMap::new(bitmap, *space);
-                let mut light = Environment::image(image, *layout, *scale, to_world);
+                let mut light = Environment::image(&image, *layout, *scale, to_world);
                 if let Some(e) = illuminance {
                     let own = light.upper_illuminance();
                     if own > 0.0 {

@@ -2,7 +2,7 @@
 //!
 //! * [`Light::sample_li`]: from a point of the scene, a direction to the light.
 //! * [`Light::sample_le`]: a ray that leaves the light.
-//! * [`Light::le`] and [`Light::le_escaped`]: a ray found the light by itself.
+//! * [`Light::le`] and [`Light::escaped`]: a ray found the light by itself.
 //!
 //! Which light is the question of [`LightSelection`]; which of its points is the light's own.
 
@@ -15,6 +15,8 @@ mod environment;
 mod pair;
 mod point;
 mod selection;
+mod sky;
+mod texels;
 
 pub use area::{AreaLight, AreaShape};
 pub use environment::Environment;
@@ -153,13 +155,26 @@ impl Light {
         }
     }
 
-    /// Radiance arriving along a ray with direction `d` that left the scene.
+    /// Radiance arriving along a ray with direction `wi` that left the scene, and the density
+    /// per solid angle of [`Light::sample_li`] choosing that direction.
     #[inline]
-    pub fn le_escaped(&self, d: Vec3, lambda: &Wavelengths) -> Spectrum {
+    pub fn escaped(&self, wi: Vec3, lambda: &Wavelengths) -> (Spectrum, f32) {
         match self {
-            Light::Environment(l) => l.le(d, lambda),
-            _ => Spectrum::ZERO,
+            Light::Environment(l) => l.escaped(wi, lambda),
+            _ => (Spectrum::ZERO, 0.0),
         }
+    }
+
+    /// The radiance of [`Light::escaped`] alone.
+    #[inline]
+    pub fn le_escaped(&self, wi: Vec3, lambda: &Wavelengths) -> Spectrum {
+        self.escaped(wi, lambda).0
+    }
+
+    /// The density of [`Light::escaped`] alone.
+    #[inline]
+    pub fn pdf_li_escaped(&self, wi: Vec3) -> f32 {
+        self.escaped(wi, &Wavelengths::rgb()).1
     }
 
     /// Density per solid angle of [`Light::sample_li`] from `from` choosing the direction `wi`
@@ -168,15 +183,6 @@ impl Light {
     pub fn pdf_li(&self, scene: &Scene, from: Vec3, s: &Surface, wi: Vec3) -> f32 {
         match self {
             Light::Area(l) => l.pdf_li(scene, from, s, wi),
-            _ => 0.0,
-        }
-    }
-
-    /// As [`Light::pdf_li`] for a ray that left the scene.
-    #[inline]
-    pub fn pdf_li_escaped(&self, wi: Vec3) -> f32 {
-        match self {
-            Light::Environment(l) => l.pdf_w(wi),
             _ => 0.0,
         }
     }

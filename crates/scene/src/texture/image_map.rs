@@ -58,7 +58,7 @@ impl ImageMap {
 
 /// Bilinear blend of the corners (0,0), (1,0), (0,1), (1,1).
 #[inline]
-pub fn blend(c: [[f32; 3]; 4], fx: f32, fy: f32) -> [f32; 3] {
+fn blend(c: [[f32; 3]; 4], fx: f32, fy: f32) -> [f32; 3] {
     std::array::from_fn(|i| {
         (c[0][i] * (1.0 - fx) + c[1][i] * fx) * (1.0 - fy)
             + (c[2][i] * (1.0 - fx) + c[3][i] * fx) * fy

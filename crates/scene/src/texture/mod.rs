@@ -12,7 +12,7 @@ mod noise;
 mod procedural;
 
 pub use bitmap::BitmapSampler;
-pub use image_map::{ImageMap, blend};
+pub use image_map::ImageMap;
 
 use crate::description::{NoiseKind, TextureId, TextureMapping};
 use kaustika_math::{Transform, Vec2, Vec3};

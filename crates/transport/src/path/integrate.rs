@@ -328,8 +328,8 @@ impl<'a> Integrator<'a> {
     fn escaped(&self, ray: &Ray, previous: &Previous, lambda: &Wavelengths) -> Spectrum {
         self.scene.environments.iter().fold(Spectrum::ZERO, |sum, &id| {
             let light = self.scene.light(id);
-            let le = light.le_escaped(ray.d, lambda);
-            sum + le * self.weight(previous, id, light.pdf_li_escaped(ray.d))
+            let (le, pdf_li) = light.escaped(ray.d, lambda);
+            sum + le * self.weight(previous, id, pdf_li)
         })
     }
 
