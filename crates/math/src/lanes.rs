@@ -224,6 +224,22 @@ pub fn sin_cos_eighth(q: Lanes) -> (Lanes, Lanes) {
     (horner(&crate::special::SIN) * q, horner(&crate::special::COS))
 }
 
+/// Twin of [`special::sin_cos_turn`](crate::special::sin_cos_turn).
+#[inline(always)]
+pub fn sin_cos_turn(u: Lanes) -> (Lanes, Lanes) {
+    let (half, one) = (Lanes::splat(0.5), Lanes::splat(1.0));
+    let quarters = u * Lanes::splat(4.0);
+    let nearest = (quarters + half).floor();
+    let (s, c) = sin_cos_eighth((quarters - nearest) * Lanes::splat(2.0));
+    // What is left of `nearest` modulo 2, and half of it modulo 2.
+    let odd = |n: Lanes| (n - (n * half).floor() * Lanes::splat(2.0)).simd_ge(one);
+    let swapped = odd(nearest);
+    let (sin, cos) = (swapped.select(c, s), swapped.select(s, c));
+    let sin_negative = odd((nearest * half).floor());
+    let cos_negative = odd(((nearest + one) * half).floor());
+    (sin_negative.select(-sin, sin), cos_negative.select(-cos, cos))
+}
+
 /// Twin of [`warp::cosine_hemisphere`](crate::warp::cosine_hemisphere).
 #[inline(always)]
 pub fn cosine_hemisphere(u: [Lanes; 2]) -> Vec3s {

@@ -7,7 +7,7 @@ use crate::description::{
 };
 use crate::error::BuildError;
 use crate::geometry::{Geometry, Group, Instance};
-use crate::lanes::{Lamps, Matte};
+use crate::lanes::{Lamps, Plain};
 use crate::light::{AreaLight, AreaShape, Light, LightSelection, LightSelectionKind, mean_power};
 use crate::material::Materials;
 use crate::scene::{Scene, ShapeInfo};
@@ -128,7 +128,7 @@ impl Scene {
             lights: gathered.lights,
             environments: Vec::new(),
             light_selection: LightSelection::default(),
-            mattes: Vec::new(),
+            plains: Vec::new(),
             lamps: None,
             camera,
             mode: options.mode,
@@ -154,8 +154,8 @@ impl Scene {
         let kind = kind.unwrap_or_else(|| LightSelectionKind::for_lights(&scene.lights));
         scene.light_selection = LightSelection::new(kind, &scene);
         scene.lamps = Lamps::of(&scene);
-        let matte = |s| Matte::of(s, &scene.materials, &scene.textures, scene.mode);
-        scene.mattes = scene.shapes.iter().map(matte).collect();
+        let plain = |s| Plain::of(s, &scene.materials, &scene.textures, scene.mode);
+        scene.plains = scene.shapes.iter().map(plain).collect();
         Ok(scene)
     }
 

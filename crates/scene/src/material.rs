@@ -21,6 +21,7 @@ use kaustika_spectra::{ColorMode, Spectrum, Wavelengths};
 use oriented::is_oriented;
 use std::cell::OnceCell;
 use std::f32::consts::FRAC_1_SQRT_2;
+use std::sync::Arc;
 
 /// All materials of a scene.
 #[derive(Debug, Default)]
@@ -42,7 +43,7 @@ pub struct Materials {
 #[derive(Debug)]
 enum Coat {
     Smooth(PlasticCoat),
-    Rough(RoughTransmittance),
+    Rough(Arc<RoughTransmittance>),
 }
 
 /// Where on the way down a nest of materials we are.
@@ -242,15 +243,25 @@ impl Materials {
         true
     }
 
-    /// The albedo of a material that is diffuse, and alike on both sides if it reflects on the
-    /// back, which the second value says.
-    pub(crate) fn matte(&self, id: MaterialId) -> Option<(TextureId, bool)> {
-        match &self.models[id.0 as usize] {
-            MaterialModel::Diffuse { reflectance } => Some((*reflectance, self.two_sided)),
-            MaterialModel::TwoSided { front, back } if front == back => {
-                let (reflectance, _) = self.matte(*front)?;
-                Some((reflectance, true))
-            }
+    /// What a material is.
+    pub(crate) fn model(&self, id: MaterialId) -> &MaterialModel {
+        &self.models[id.0 as usize]
+    }
+
+    /// True if reflecting materials reflect on both sides without being asked.
+    pub(crate) fn two_sided(&self) -> bool {
+        self.two_sided
+    }
+
+    /// How microfacets' masking and shadowing combine.
+    pub(crate) fn masking(&self) -> Masking {
+        self.masking
+    }
+
+    /// The tables of a rough plastic.
+    pub(crate) fn rough_coat(&self, id: MaterialId) -> Option<Arc<RoughTransmittance>> {
+        match &self.coats[id.0 as usize] {
+            Some(Coat::Rough(tables)) => Some(tables.clone()),
             _ => None,
         }
     }
@@ -423,7 +434,7 @@ fn coat(model: &MaterialModel, textures: &Textures) -> Option<Coat> {
         }
         _ => RoughTransmittance::with_range(r.distribution, 1e-3, 1.0, *ior),
     };
-    Some(Coat::Rough(tables))
+    Some(Coat::Rough(Arc::new(tables)))
 }
 
 impl Place {

@@ -5,7 +5,7 @@ use crate::bsdf::Bsdf;
 use crate::camera::Camera;
 use crate::description::{MaterialId, SourceFormat, TextureId};
 use crate::geometry::{Geometry, Hit, Primitive};
-use crate::lanes::{Lamps, Matte};
+use crate::lanes::{Lamps, Plain};
 use crate::light::{Light, LightSample, LightSelection};
 use crate::material::Materials;
 use crate::surface::{LightId, Surface};
@@ -45,8 +45,8 @@ pub struct Scene {
     pub environments: Vec<LightId>,
     /// How a light is chosen.
     pub light_selection: LightSelection,
-    /// The shapes that are plain matte.
-    pub mattes: Vec<Option<Matte>>,
+    /// The shapes of plain materials.
+    pub plains: Vec<Option<Plain>>,
     /// All lights, if they are a few simple lamps.
     pub lamps: Option<Lamps>,
     /// The camera.

@@ -41,15 +41,21 @@ impl<'a> RoughPlastic<'a> {
         nonlinear: bool,
     ) -> RoughPlastic<'a> {
         let at = coat.index(surface.alpha());
+        let (base, weight) = RoughPlastic::base(coat, at, diffuse, specular, nonlinear);
+        RoughPlastic { coat, at, surface, specular, base, weight }
+    }
+
+    /// ρ'/η² of (2) and w of (3).
+    #[inline]
+    pub(crate) fn base(
+        coat: &RoughTransmittance,
+        at: AlphaIndex,
+        diffuse: Spectrum,
+        specular: Spectrum,
+        nonlinear: bool,
+    ) -> (Spectrum, f32) {
         let base = base_albedo(diffuse, coat.internal_reflectance(at), nonlinear);
-        RoughPlastic {
-            coat,
-            at,
-            surface,
-            specular,
-            base: base / sqr(coat.eta()),
-            weight: specular_weight(specular, diffuse),
-        }
+        (base / sqr(coat.eta()), specular_weight(specular, diffuse))
     }
 
     #[inline]

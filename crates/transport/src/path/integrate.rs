@@ -21,7 +21,7 @@ use kaustika_film::accumulate::PixelRecord;
 use kaustika_math::{Ray, Vec2, Vec3};
 use kaustika_sampling::{MisHeuristic, Sampler};
 use kaustika_scene::bsdf::{Bsdf, Lobes, Mode};
-use kaustika_scene::lanes::Matte;
+use kaustika_scene::lanes::Plain;
 use kaustika_scene::{CameraRay, Hit, LightId, Scene, Segment, Surface, TexturePoint};
 use kaustika_spectra::{Spectrum, Wavelengths};
 
@@ -196,8 +196,7 @@ impl<'a> Integrator<'a> {
             return Vertex { light: None, goes_on: walk.passages <= MAX_PASSAGES };
         }
         if let (Some(record), 0) = (record, walk.depth) {
-            let albedo = || bsdf.albedo(wo);
-            describe(scene, &surface, albedo, bsdf.shading_normal(), &walk.lambda, record);
+            describe(scene, &surface, bsdf, wo, &walk.lambda, record);
         }
         if walk.depth >= self.max_depth {
             return Vertex::END;
@@ -248,16 +247,17 @@ impl<'a> Integrator<'a> {
         Vertex { light, goes_on: true }
     }
 
-    /// What only some matte vertices need, of one path: adds what the surface emits, looks up its
-    /// albedo where that varies, and takes note of the first surface's features.
-    pub(super) fn matte_extras(
+    /// What only some vertices on plain surfaces need, of one path: adds what the surface emits,
+    /// looks up its albedo where that varies, and takes note of the first surface's features.
+    pub(super) fn plain_extras(
         &self,
-        matte: &Matte,
+        plain: &Plain,
         hit: &Hit,
         ray: &Ray,
         lambda: &Wavelengths,
         pack: &mut Pack,
         lane: usize,
+        bsdf: &mut Bsdf<'a>,
         record: Option<&mut PixelRecord>,
     ) -> Spectrum {
         let scene = self.scene;
@@ -270,16 +270,15 @@ impl<'a> Integrator<'a> {
             pack.add(lane, pack.beta(lane) * le);
         }
         surface.footprint = pack.footprint[lane] + pack.spread[lane] * surface.t;
-        let rho = matte.constant.unwrap_or_else(|| {
-            let at = TexturePoint::of(&scene.geometry, &surface);
-            scene.textures.spectrum(matte.reflectance, &at, lambda)
-        });
-        if let (Some(record), 0) = (record, depth) {
-            let behind = surface.ns.dot(ray.d) > 0.0 && matte.two_sided;
-            let normal = if behind { -surface.ns } else { surface.ns };
-            describe(scene, &surface, || rho, normal, lambda, record);
+        if let (Some(record), 0) = (record, depth)
+            && scene.bsdf_into(&surface, -ray.d, &mut lambda.clone(), bsdf)
+        {
+            describe(scene, &surface, bsdf, -ray.d, lambda, record);
         }
-        rho
+        plain.constant.unwrap_or_else(|| {
+            let at = TexturePoint::of(&scene.geometry, &surface);
+            scene.textures.spectrum(plain.reflectance, &at, lambda)
+        })
     }
 
     /// True if the light that a path of this many bounces meets is wanted.
@@ -367,19 +366,19 @@ impl<'a> Integrator<'a> {
 fn describe(
     scene: &Scene,
     s: &Surface,
-    albedo: impl FnOnce() -> Spectrum,
-    shading_normal: Vec3,
+    bsdf: &Bsdf,
+    wo: Vec3,
     lambda: &Wavelengths,
     record: &mut PixelRecord,
 ) {
     record.albedo = match s.light {
         Some(_) => [1.0; 3],
         None => kaustika_spectra::Sensor::default()
-            .rgb(albedo(), lambda)
+            .rgb(bsdf.albedo(wo), lambda)
             .map(|v| v.clamp(0.0, 1.0)),
     };
     record.normal = s.ng.into();
-    record.shading_normal = shading_normal.into();
+    record.shading_normal = bsdf.shading_normal().into();
     record.depth = s.t;
     record.position = s.p.into();
     record.uv = [s.uv.x, s.uv.y];

@@ -5,9 +5,9 @@
 //! lights, which it finds by chance or, from points and directions, not at all.
 
 mod integrate;
-mod matte;
 mod pack;
 mod params;
+mod plain;
 mod start;
 mod walk;
 mod wave;

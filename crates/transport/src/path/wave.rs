@@ -2,12 +2,12 @@
 //!
 //! All paths of a wave trace their next ray, then each is taken on from what it met, then all
 //! trace their shadow rays. Rays that are traced as a batch do not wait for memory one after the
-//! other, and sixteen paths that met plain matte surfaces are taken on at once ([`super::matte`]);
+//! other, and sixteen paths that met plain surfaces are taken on at once ([`super::plain`]);
 //! others one by one ([`Integrator::vertex`]). A path that ends makes room for the next pixel's,
 //! so that the wave stays full. Paths do not know of each other.
 
 use super::integrate::Integrator;
-use super::matte::{MatteHits, Onward};
+use super::plain::{Onward, PlainHits};
 use super::pack::Pack;
 use super::walk::Walk;
 use crate::method::PassStats;
@@ -48,7 +48,7 @@ pub(super) struct Wave<'a> {
     /// Whose the shadow rays are, and what they carry.
     lit: Vec<(u32, Spectrum)>,
     bsdf: Bsdf<'a>,
-    matte: Box<MatteHits>,
+    plain: Box<PlainHits<'a>>,
     onward: Box<Onward>,
 }
 
@@ -66,7 +66,7 @@ impl<'a> Wave<'a> {
             shadow_rays: Vec::new(),
             lit: Vec::new(),
             bsdf: Bsdf::default(),
-            matte: Box::default(),
+            plain: Box::default(),
             onward: Box::default(),
         }
     }
@@ -138,16 +138,16 @@ impl<'a> Wave<'a> {
     fn shade(&mut self, integrator: &Integrator<'a>, first: usize, stats: &mut PassStats) {
         let count = (self.segments.len() - first).min(LANES);
         let mut alive = 0;
-        self.matte.lanes = 0;
+        (self.plain.lanes, self.plain.coats.lanes) = (0, 0);
         for lane in 0..count {
             let hit = self.batch.hits[first + lane];
-            if !self.is_matte(integrator, first, lane, hit.as_ref(), stats) {
+            if !self.is_plain(integrator, first, lane, hit.as_ref(), stats) {
                 let goes_on = self.vertex(integrator, first + lane, hit.as_ref(), stats);
                 alive |= u32::from(goes_on) << lane;
             }
         }
-        if self.matte.lanes != 0 {
-            self.matte_vertices(integrator, first, count, stats);
+        if self.plain.lanes != 0 {
+            self.plain_vertices(integrator, first, count, stats);
             alive |= self.onward.alive;
         }
         let ended = (0..count).filter(|lane| alive >> lane & 1 == 0);
@@ -176,10 +176,10 @@ impl<'a> Wave<'a> {
         vertex.goes_on
     }
 
-    /// If a path met a plain matte surface, puts it among [`Wave::matte`] and adds what the
+    /// If a path met a plain surface, puts it among [`Wave::plain`] and adds what the
     /// surface emits.
     #[inline(always)]
-    fn is_matte(
+    fn is_plain(
         &mut self,
         integrator: &Integrator<'a>,
         first: usize,
@@ -195,27 +195,26 @@ impl<'a> Wave<'a> {
         let scene = integrator.scene();
         let store = &scene.geometry.triangles;
         let mesh = store.mesh(*triangle);
-        let Some(matte) = &scene.mattes[mesh.shape as usize] else { return false };
+        let Some(plain) = &scene.plains[mesh.shape as usize] else { return false };
         let (i, pack) = (first + lane, &mut self.packs[first / LANES]);
-        if mesh.first_light.is_some() || matte.constant.is_none() || !self.records.is_empty() {
-            let record = self.records.get_mut(i);
-            let (ray, lambda) = (&self.segments[i].ray, &self.lambdas[i]);
-            let rho = integrator.matte_extras(matte, hit, ray, lambda, pack, lane, record);
-            self.matte.set_reflectance(lane, rho);
-        } else if let Some(rho) = matte.constant {
-            self.matte.set_reflectance(lane, rho);
-        }
-        self.matte.lanes |= 1 << lane;
-        self.matte.triangles.set(lane, store, *triangle, *b);
-        self.matte.t[lane] = *t;
-        self.matte.two_sided =
-            self.matte.two_sided & !(1 << lane) | u32::from(matte.two_sided) << lane;
+        let rho = match plain.constant {
+            Some(rho) if mesh.first_light.is_none() && self.records.is_empty() => rho,
+            _ => {
+                let (record, bsdf) = (self.records.get_mut(i), &mut self.bsdf);
+                let (ray, lambda) = (&self.segments[i].ray, &self.lambdas[i]);
+                integrator.plain_extras(plain, hit, ray, lambda, pack, lane, bsdf, record)
+            }
+        };
+        self.plain.set_material(lane, plain, rho);
+        self.plain.lanes |= 1 << lane;
+        self.plain.triangles.set(lane, store, *triangle, *b);
+        self.plain.t[lane] = *t;
         stats.closest_rays += 1;
         true
     }
 
-    /// Takes on the paths that are among [`Wave::matte`].
-    fn matte_vertices(
+    /// Takes on the paths that are among [`Wave::plain`].
+    fn plain_vertices(
         &mut self,
         integrator: &Integrator<'a>,
         first: usize,
@@ -223,9 +222,9 @@ impl<'a> Wave<'a> {
         stats: &mut PassStats,
     ) {
         let all = first..first + count;
-        Sampler::get_vertices(&mut self.samplers[all.clone()], self.matte.lanes, &mut self.matte.u);
+        Sampler::get_vertices(&mut self.samplers[all.clone()], self.plain.lanes, &mut self.plain.u);
         let (pack, out) = (&mut self.packs[first / LANES], &mut *self.onward);
-        integrator.matte_vertices(&self.matte, &self.lambdas[all], pack, out);
+        integrator.plain_vertices(&self.plain, &self.lambdas[all], pack, out);
         let column = |rows: &[[f32; LANES]; 3], lane: usize| {
             Vec3::new(rows[0][lane], rows[1][lane], rows[2][lane])
         };

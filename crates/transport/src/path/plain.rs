@@ -1,5 +1,5 @@
-//! The vertices of sixteen paths on plain matte surfaces at once: the twin of
-//! [`Integrator::vertex`], whose formulas these are, for by far the most frequent case.
+//! The vertices of sixteen paths on plain surfaces at once: the twin of [`Integrator::vertex`],
+//! whose formulas these are, for by far the most frequent cases.
 
 use super::integrate::Integrator;
 use super::pack::Pack;
@@ -9,32 +9,38 @@ use kaustika_math::lanes::{
 };
 use kaustika_math::{INV_PI, Vec2, Vec3};
 use kaustika_sampling::sampler::VERTEX_NUMBERS;
-use kaustika_scene::lanes::{LampSamples, Surfaces, TriangleHits};
+use kaustika_scene::lanes::{Coats, LampSamples, Plain, Surfaces, TriangleHits};
 use kaustika_spectra::{Spectrum, Wavelengths};
 
-/// What the rays of a pack met, where it is plain matte.
+/// What the rays of a pack met, where it is plain.
 #[derive(Debug, Default)]
 #[repr(C, align(64))]
-pub(super) struct MatteHits {
+pub(super) struct PlainHits<'a> {
     /// Which lanes.
     pub(super) lanes: u32,
     pub(super) triangles: TriangleHits,
     /// Distances.
     pub(super) t: Row,
-    pub(super) reflectance: [Row; 4],
+    /// Albedo of the bare surface, or what is left of it under a coat.
+    pub(super) base: [Row; 4],
+    pub(super) coats: Coats<'a>,
     /// Lanes whose surfaces reflect on their back.
     pub(super) two_sided: u32,
     /// The vertices' random numbers.
     pub(super) u: [Row; VERTEX_NUMBERS],
 }
 
-impl MatteHits {
-    /// Sets the albedo of a lane's surface.
+impl<'a> PlainHits<'a> {
+    /// Sets what a lane's surface is made of, its albedo `rho`.
     #[inline(always)]
-    pub(super) fn set_reflectance(&mut self, lane: usize, rho: Spectrum) {
-        for (row, v) in self.reflectance.iter_mut().zip(rho.0) {
-            row[lane % LANES] = v;
-        }
+    pub(super) fn set_material(&mut self, lane: usize, plain: &'a Plain, rho: Spectrum) {
+        let base = match &plain.coat {
+            Some(coat) => self.coats.set(lane, coat, rho),
+            None => rho,
+        };
+        self.base.iter_mut().zip(base.0).for_each(|(row, v)| row[lane % LANES] = v);
+        let bit = 1 << (lane % LANES);
+        self.two_sided = self.two_sided & !bit | if plain.two_sided { bit } else { 0 };
     }
 }
 
@@ -58,9 +64,9 @@ pub(super) struct Onward {
 impl Integrator<'_> {
     /// Takes paths on from what their rays met to their next rays.
     #[inline(never)]
-    pub(super) fn matte_vertices(
+    pub(super) fn plain_vertices(
         &self,
-        at: &MatteHits,
+        at: &PlainHits,
         lambdas: &[Wavelengths],
         pack: &mut Pack,
         out: &mut Onward,
@@ -72,16 +78,27 @@ impl Integrator<'_> {
         let grown = Lanes::new(pack.spread).mul_add(Lanes::new(at.t), footprint);
         pack.footprint = lanes.select(grown, footprint).to_array();
 
-        // The side that is seen, and its albedo.
+        // The side that is seen, and its frame.
         let toward = -s.ns.dot(Vec3s::load(&pack.d));
         let behind = toward.simd_lt(zero);
         let n = (-s.ns).or(behind, s.ns);
-        let rho = at.reflectance.map(Lanes::new);
-        let some = (rho[0] + rho[1] + rho[2] + rho[3]).simd_gt(zero);
+        let (b, t) = s.ns.coordinate_system();
+        let t = (-t).or(behind, t);
+        let to_local = |v: Vec3s| Vec3s { x: v.dot(b), y: v.dot(t), z: v.dot(n) };
+        let base = at.base.map(Lanes::new);
+        let coated = at.coats.lanes != 0;
+        let wo = -to_local(Vec3s::load(&pack.d));
+        let seen = coated.then(|| at.coats.seen(wo));
+        let eval_pdf = |wi: Vec3s| match &seen {
+            Some(seen) => at.coats.eval_pdf(seen, &base, wi),
+            None => (base.map(|rho| rho * inv_pi * wi.z), wi.z * inv_pi),
+        };
+
+        let some = (base[0] + base[1] + base[2] + base[3]).simd_gt(zero) | mask_of(at.coats.lanes);
         let depth = pack.depths();
         let open = depth.simd_lt(Lanes::splat(self.max_depth as f32));
-        let seen = toward.simd_gt(zero) | (behind & mask_of(at.two_sided));
-        let live = lanes & seen & some & open;
+        let live =
+            lanes & (toward.simd_gt(zero) | (behind & mask_of(at.two_sided))) & some & open;
         let mut beta = pack.beta.map(Lanes::new);
         let u = at.u.map(Lanes::new);
 
@@ -90,14 +107,13 @@ impl Integrator<'_> {
         let wanted = (live & self.counts_lanes(depth + Lanes::splat(1.0))).to_bitmask();
         if wanted != 0 {
             let (l, delta) = self.lights(wanted, &s, at, lambdas);
-            let cos = n.dot(l.wi);
-            let pdf_b = cos * inv_pi;
+            let wi = to_local(l.wi);
+            let (f, pdf_b) = eval_pdf(wi);
             let w = self.mis.light_lanes(l.pdf_w, pdf_b); // (3)
-            let w = mask_of(delta).select(Lanes::splat(1.0), w);
-            let k = pdf_b * w / l.pdf_w;
-            let term: [Lanes; 4] = std::array::from_fn(|i| beta[i] * rho[i] * l.le[i] * k);
+            let k = mask_of(delta).select(Lanes::splat(1.0), w) / l.pdf_w;
+            let term: [Lanes; 4] = std::array::from_fn(|i| beta[i] * f[i] * l.le[i] * k);
             let some = (term[0] + term[1] + term[2] + term[3]).simd_gt(zero);
-            let ok = mask_of(wanted) & cos.simd_gt(zero) & l.pdf_w.simd_gt(zero) & some;
+            let ok = mask_of(wanted) & wi.z.simd_gt(zero) & l.pdf_w.simd_gt(zero) & some;
             out.lit = ok.to_bitmask();
             let o = s.origins(l.target - s.p);
             out.shadow_origin = o.to_rows();
@@ -106,21 +122,28 @@ impl Integrator<'_> {
         }
 
         // Sample the BSDF for the next direction.
-        let local = cosine_hemisphere([u[2], u[3]]);
-        let (b, t) = s.ns.coordinate_system();
-        let t = (-t).or(behind, t);
-        let d = (n * local.z).plus(b, local.x).plus(t, local.y);
-        let pdf_w = local.z * inv_pi;
-        beta = std::array::from_fn(|i| beta[i] * rho[i]); // (2)
+        let mut wi = cosine_hemisphere([u[2], u[3]]);
+        let (mut pdf_w, mut weight) = (wi.z * inv_pi, base);
+        if let Some(seen) = &seen {
+            wi = at.coats.sample(seen, u[5], [u[2], u[3]], wi);
+            let (f, pdf) = eval_pdf(wi);
+            let of_coat = mask_of(at.coats.lanes);
+            pdf_w = pdf;
+            weight = std::array::from_fn(|i| of_coat.select(f[i] / pdf, base[i]));
+        }
+        let d = (n * wi.z).plus(b, wi.x).plus(t, wi.y);
+        beta = std::array::from_fn(|i| beta[i] * weight[i]); // (2)
         let depth = depth + Lanes::splat(1.0);
+        let scatters = wi.z.simd_gt(zero) & pdf_w.simd_gt(zero);
 
         // Russian roulette.
         let eta_scale = Lanes::new(pack.eta_scale);
-        let q = self.roulette.q_lanes(&WalkStates { beta: &beta, eta_scale, weight: &rho, depth });
+        let q =
+            self.roulette.q_lanes(&WalkStates { beta: &beta, eta_scale, weight: &weight, depth });
         let one = Lanes::splat(1.0);
         let survives = q.simd_ge(one) | u[6].simd_lt(q);
         let boost = q.simd_lt(one).select(one / q, one);
-        let alive = live & pdf_w.simd_gt(zero) & survives;
+        let alive = live & scatters & survives;
         out.alive = alive.to_bitmask();
 
         // The other lanes keep what they have.
@@ -160,7 +183,7 @@ impl Integrator<'_> {
         &self,
         wanted: u32,
         s: &Surfaces,
-        at: &MatteHits,
+        at: &PlainHits,
         lambdas: &[Wavelengths],
     ) -> (LampSamples, u32) {
         match &self.scene().lamps {
@@ -177,7 +200,7 @@ impl Integrator<'_> {
         &self,
         wanted: u32,
         s: &Surfaces,
-        at: &MatteHits,
+        at: &PlainHits,
         lambdas: &[Wavelengths],
     ) -> (LampSamples, u32) {
         let scene = self.scene();
