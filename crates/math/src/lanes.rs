@@ -104,11 +104,7 @@ impl Vec3s {
     /// `self + v k`.
     #[inline(always)]
     pub fn plus(self, v: Vec3s, k: Lanes) -> Vec3s {
-        Vec3s {
-            x: v.x.mul_add(k, self.x),
-            y: v.y.mul_add(k, self.y),
-            z: v.z.mul_add(k, self.z),
-        }
+        Vec3s { x: v.x.mul_add(k, self.x), y: v.y.mul_add(k, self.y), z: v.z.mul_add(k, self.z) }
     }
 
     /// Scalar products.
@@ -157,11 +153,8 @@ impl Vec3s {
         let sign = one.copysign(self.z);
         let a = Lanes::splat(-1.0) / (sign + self.z);
         let b = self.x * self.y * a;
-        let s = Vec3s {
-            x: (sign * self.x * self.x).mul_add(a, one),
-            y: sign * b,
-            z: -(sign * self.x),
-        };
+        let s =
+            Vec3s { x: (sign * self.x * self.x).mul_add(a, one), y: sign * b, z: -(sign * self.x) };
         (s, Vec3s { x: b, y: (self.y * self.y).mul_add(a, sign), z: -self.y })
     }
 }

@@ -202,13 +202,6 @@ impl Geometry {
         }
     }
 
-    /// True if the world's triangles are more than fit a core's caches, so that rays wait for
-    /// memory.
-    pub fn outgrows_caches(&self) -> bool {
-        const SECOND_LEVEL: usize = 1 << 20;
-        self.groups[0].triangles.memory_bytes() > SECOND_LEVEL
-    }
-
     /// Bytes held by the hierarchies.
     pub fn memory_bytes(&self) -> usize {
         self.groups.iter().map(|g| g.triangles.memory_bytes()).sum()

@@ -6,8 +6,8 @@ use crate::bsdf::{AlphaIndex, Masking, RoughPlastic, RoughTransmittance};
 use crate::description::{Distribution, MaterialId, MaterialModel};
 use crate::material::Materials;
 use crate::texture::Textures;
-use kaustika_math::lanes::{LANES, Lanes, Row, Vec3s, mask_of, safe_sqrt, sin_cos_turn};
 use kaustika_math::INV_PI;
+use kaustika_math::lanes::{LANES, Lanes, Row, Vec3s, mask_of, safe_sqrt, sin_cos_turn};
 use kaustika_spectra::Spectrum;
 use std::sync::Arc;
 
@@ -88,7 +88,8 @@ impl<'a> Coats<'a> {
     pub fn set(&mut self, lane: usize, coat: &'a Coat, rho: Spectrum) -> Spectrum {
         let lane = lane % LANES;
         let bit = 1 << lane;
-        let (base, weight) = RoughPlastic::base(&coat.tables, coat.at, rho, coat.specular, coat.nonlinear);
+        let (base, weight) =
+            RoughPlastic::base(&coat.tables, coat.at, rho, coat.specular, coat.nonlinear);
         self.lanes |= bit;
         self.of[lane] = Some(coat);
         self.alpha[lane] = coat.alpha;
@@ -137,12 +138,7 @@ impl<'a> Coats<'a> {
     /// Values f |cos θᵢ| of (1) and densities of `wi` above the surfaces, whose bases are
     /// `base`; without a coat those of the bare base.
     #[inline(always)]
-    pub fn eval_pdf(
-        &self,
-        seen: &SeenCoats,
-        base: &[Lanes; 4],
-        wi: Vec3s,
-    ) -> ([Lanes; 4], Lanes) {
+    pub fn eval_pdf(&self, seen: &SeenCoats, base: &[Lanes; 4], wi: Vec3s) -> ([Lanes; 4], Lanes) {
         let (zero, one, quarter) = (Lanes::splat(0.0), Lanes::splat(1.0), Lanes::splat(0.25));
         let inv_pi = Lanes::splat(INV_PI);
         let wo = seen.wo;
@@ -154,9 +150,8 @@ impl<'a> Coats<'a> {
         let f = fresnel(wo.dot(wm), Lanes::new(self.eta));
         let coat = seen.mask.select(f * facets * g2, zero);
         let through = seen.t * self.transmittances(wi.z) * inv_pi * wi.z;
-        let value = std::array::from_fn(|i| {
-            Lanes::new(self.specular[i]).mul_add(coat, base[i] * through)
-        });
+        let value =
+            std::array::from_fn(|i| Lanes::new(self.specular[i]).mul_add(coat, base[i] * through));
         let of_coat = seen.mask.select(seen.choice * facets / go, zero);
         (value, (one - seen.choice).mul_add(wi.z * inv_pi, of_coat))
     }

@@ -5,8 +5,8 @@ use crate::Scene;
 use crate::light::{AreaLight, AreaShape, FEW_LIGHTS, Light};
 use crate::shape::TriangleStore;
 use arrayvec::ArrayVec;
-use kaustika_math::lanes::{LANES, Lanes, Vec3s, is_finite, offset_by, triangle};
 use kaustika_math::Vec3;
+use kaustika_math::lanes::{LANES, Lanes, Vec3s, is_finite, offset_by, triangle};
 use kaustika_math::ray::triangle_point_error;
 use kaustika_sampling::distribution::Discrete;
 use kaustika_spectra::{ColorMode, Spectrum, Wavelengths};
@@ -83,7 +83,8 @@ impl Lamps {
         let d2 = to_lamp.dot(to_lamp);
         let wi = to_lamp * (Lanes::splat(1.0) / d2.sqrt());
         let cos = n.dot(wi);
-        let shines = cos.simd_lt(zero) | self.pick(which, |l| if l.two_sided { 1.0 } else { 0.0 }).simd_gt(zero);
+        let shines = cos.simd_lt(zero)
+            | self.pick(which, |l| if l.two_sided { 1.0 } else { 0.0 }).simd_gt(zero);
         // p_ω = p_A d² / |cos|.
         let pdf_w = self.pick(which, |l| l.pdf_a) * d2 / cos.abs();
         let sound = shines & is_finite(pdf_w) & d2.simd_gt(zero);

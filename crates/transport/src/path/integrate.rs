@@ -127,7 +127,8 @@ impl<'a> Integrator<'a> {
     ) {
         loop {
             let hit = self.scene.hit(&walk.segment.ray, walk.segment.t_max);
-            let vertex = self.vertex(walk, sampler, hit.as_ref(), bsdf, record.as_deref_mut(), stats);
+            let vertex =
+                self.vertex(walk, sampler, hit.as_ref(), bsdf, record.as_deref_mut(), stats);
             if let Some(light) = vertex.light
                 && !self.scene.occluded(&light.segment)
             {
@@ -248,7 +249,8 @@ impl<'a> Integrator<'a> {
     }
 
     /// What only some vertices on plain surfaces need, of one path: adds what the surface emits,
-    /// looks up its albedo where that varies, and takes note of the first surface's features.
+    /// looks up its albedo where that varies, and takes note of the first surface's features. The
+    /// point and its albedo.
     pub(super) fn plain_extras(
         &self,
         plain: &Plain,
@@ -259,7 +261,7 @@ impl<'a> Integrator<'a> {
         lane: usize,
         bsdf: &mut Bsdf<'a>,
         record: Option<&mut PixelRecord>,
-    ) -> Spectrum {
+    ) -> (Surface, Spectrum) {
         let scene = self.scene;
         let depth = pack.depth[lane];
         let mut surface = scene.geometry.surface(hit, ray);
@@ -275,10 +277,11 @@ impl<'a> Integrator<'a> {
         {
             describe(scene, &surface, bsdf, -ray.d, lambda, record);
         }
-        plain.constant.unwrap_or_else(|| {
+        let rho = plain.constant.unwrap_or_else(|| {
             let at = TexturePoint::of(&scene.geometry, &surface);
             scene.textures.spectrum(plain.reflectance, &at, lambda)
-        })
+        });
+        (surface, rho)
     }
 
     /// True if the light that a path of this many bounces meets is wanted.

@@ -4,12 +4,10 @@
 use super::integrate::Integrator;
 use super::pack::Pack;
 use crate::roulette::WalkStates;
-use kaustika_math::lanes::{
-    LANES, Lanes, Row, Vec3s, cosine_hemisphere, mask_of, offset_by,
-};
+use kaustika_math::lanes::{LANES, Lanes, Row, Vec3s, cosine_hemisphere, mask_of, offset_by};
 use kaustika_math::{INV_PI, Vec2, Vec3};
 use kaustika_sampling::sampler::VERTEX_NUMBERS;
-use kaustika_scene::lanes::{Coats, LampSamples, Plain, Surfaces, TriangleHits};
+use kaustika_scene::lanes::{Coats, LampSamples, Plain, SurfaceHits, Surfaces};
 use kaustika_spectra::{Spectrum, Wavelengths};
 
 /// What the rays of a pack met, where it is plain.
@@ -18,7 +16,7 @@ use kaustika_spectra::{Spectrum, Wavelengths};
 pub(super) struct PlainHits<'a> {
     /// Which lanes.
     pub(super) lanes: u32,
-    pub(super) triangles: TriangleHits,
+    pub(super) surfaces: SurfaceHits,
     /// Distances.
     pub(super) t: Row,
     /// Albedo of the bare surface, or what is left of it under a coat.
@@ -73,7 +71,7 @@ impl Integrator<'_> {
     ) {
         let (zero, inv_pi) = (Lanes::splat(0.0), Lanes::splat(INV_PI));
         let lanes = mask_of(at.lanes);
-        let s = at.triangles.surfaces();
+        let s = at.surfaces.surfaces();
         let footprint = Lanes::new(pack.footprint);
         let grown = Lanes::new(pack.spread).mul_add(Lanes::new(at.t), footprint);
         pack.footprint = lanes.select(grown, footprint).to_array();
@@ -97,8 +95,7 @@ impl Integrator<'_> {
         let some = (base[0] + base[1] + base[2] + base[3]).simd_gt(zero) | mask_of(at.coats.lanes);
         let depth = pack.depths();
         let open = depth.simd_lt(Lanes::splat(self.max_depth as f32));
-        let live =
-            lanes & (toward.simd_gt(zero) | (behind & mask_of(at.two_sided))) & some & open;
+        let live = lanes & (toward.simd_gt(zero) | (behind & mask_of(at.two_sided))) & some & open;
         let mut beta = pack.beta.map(Lanes::new);
         let u = at.u.map(Lanes::new);
 

@@ -7,8 +7,8 @@
 //! so that the wave stays full. Paths do not know of each other.
 
 use super::integrate::Integrator;
-use super::plain::{Onward, PlainHits};
 use super::pack::Pack;
+use super::plain::{Onward, PlainHits};
 use super::walk::Walk;
 use crate::method::PassStats;
 use arrayvec::ArrayVec;
@@ -187,28 +187,39 @@ impl<'a> Wave<'a> {
         hit: Option<&Hit>,
         stats: &mut PassStats,
     ) -> bool {
-        let Some(hit @ Hit { t, primitive: Primitive::Triangle(triangle, b), instance: None }) =
-            hit
-        else {
-            return false;
-        };
+        let Some(hit) = hit else { return false };
         let scene = integrator.scene();
         let store = &scene.geometry.triangles;
-        let mesh = store.mesh(*triangle);
-        let Some(plain) = &scene.plains[mesh.shape as usize] else { return false };
-        let (i, pack) = (first + lane, &mut self.packs[first / LANES]);
-        let rho = match plain.constant {
-            Some(rho) if mesh.first_light.is_none() && self.records.is_empty() => rho,
-            _ => {
-                let (record, bsdf) = (self.records.get_mut(i), &mut self.bsdf);
-                let (ray, lambda) = (&self.segments[i].ray, &self.lambdas[i]);
-                integrator.plain_extras(plain, hit, ray, lambda, pack, lane, bsdf, record)
+        // Computed with the others, if nothing has to be known of it before.
+        let mut triangle = None;
+        let (shape, emits) = match hit {
+            Hit { primitive: Primitive::Triangle(i, b), instance: None, .. } => {
+                triangle = Some((*i, *b));
+                let mesh = store.mesh(*i);
+                (mesh.shape, mesh.first_light.is_some())
             }
+            _ => (hit.shape(&scene.geometry), true),
         };
+        let Some(plain) = &scene.plains[shape as usize] else { return false };
+        let i = first + lane;
+        let mut rho = plain.constant.unwrap_or_default();
+        if emits || plain.constant.is_none() || !self.records.is_empty() {
+            let (pack, bsdf) = (&mut self.packs[first / LANES], &mut self.bsdf);
+            let (ray, lambda) = (&self.segments[i].ray, &self.lambdas[i]);
+            let record = self.records.get_mut(i);
+            let surface;
+            (surface, rho) =
+                integrator.plain_extras(plain, hit, ray, lambda, pack, lane, bsdf, record);
+            if triangle.is_none() {
+                self.plain.surfaces.set_surface(lane, &surface);
+            }
+        }
+        if let Some((i, b)) = triangle {
+            self.plain.surfaces.set_triangle(lane, store, i, b);
+        }
         self.plain.set_material(lane, plain, rho);
         self.plain.lanes |= 1 << lane;
-        self.plain.triangles.set(lane, store, *triangle, *b);
-        self.plain.t[lane] = *t;
+        self.plain.t[lane] = hit.t;
         stats.closest_rays += 1;
         true
     }
@@ -244,7 +255,12 @@ impl<'a> Wave<'a> {
     }
 
     /// Gives the film the paths that have ended, and closes their gaps.
-    fn deliver(&mut self, integrator: &Integrator<'a>, band: &mut PixelBand, stats: &mut PassStats) {
+    fn deliver(
+        &mut self,
+        integrator: &Integrator<'a>,
+        band: &mut PixelBand,
+        stats: &mut PassStats,
+    ) {
         // From the last on, so that none moves that is still to be delivered.
         while let Some(i) = self.ended.pop() {
             let i = i as usize;
@@ -280,11 +296,7 @@ fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {
 }
 
 /// The paths of a band one after the other: what [`Wave`] is held against.
-pub(super) fn trace_alone(
-    integrator: &Integrator,
-    index: u64,
-    band: &mut PixelBand,
-) -> PassStats {
+pub(super) fn trace_alone(integrator: &Integrator, index: u64, band: &mut PixelBand) -> PassStats {
     let mut stats = PassStats::default();
     let mut bsdf = Bsdf::default();
     let region = integrator.frame().region;
