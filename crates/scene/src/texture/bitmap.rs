@@ -247,25 +247,46 @@ fn wrap_pair(i: i64, n: i64, mode: Wrap) -> [Option<usize>; 2] {
     [wrap(i, n, mode), wrap(next, n, mode)]
 }
 
-/// [`fetch`] of four texels.
+/// [`fetch`] of four texels; of the two usual kinds of images without asking four times.
 #[inline]
 fn fetch_four(bitmap: &Bitmap, decode: &[f32; 256], indices: [usize; 4]) -> [[f32; 4]; 4] {
+    let [a, b, c, d] = indices;
     match (&bitmap.texels, bitmap.channels) {
-        (Texels::U8(t), 3) => indices.map(|index| {
-            let [r, g, b] = [0, 1, 2].map(|c| decode[t[3 * index..3 * index + 3][c] as usize]);
-            [r, g, b, 1.0]
-        }),
-        (Texels::U8(t), 1) => indices.map(|index| {
-            let v = decode[t[index] as usize];
-            [v, v, v, 1.0]
-        }),
+        (Texels::U8(t), 3) => {
+            [rgb8(t, decode, a), rgb8(t, decode, b), rgb8(t, decode, c), rgb8(t, decode, d)]
+        }
+        (Texels::U8(t), 1) => {
+            [grey8(t, decode, a), grey8(t, decode, b), grey8(t, decode, c), grey8(t, decode, d)]
+        }
         _ => indices.map(|index| fetch(bitmap, decode, index)),
     }
+}
+
+#[inline(always)]
+fn rgb8(texels: &[u8], decode: &[f32; 256], index: usize) -> [f32; 4] {
+    let t = &texels[3 * index..3 * index + 3];
+    [decode[usize::from(t[0])], decode[usize::from(t[1])], decode[usize::from(t[2])], 1.0]
+}
+
+#[inline(always)]
+fn grey8(texels: &[u8], decode: &[f32; 256], index: usize) -> [f32; 4] {
+    let v = decode[usize::from(texels[index])];
+    [v, v, v, 1.0]
 }
 
 /// Linear (r, g, b, alpha) of a texel.
 #[inline]
 fn fetch(bitmap: &Bitmap, decode: &[f32; 256], index: usize) -> [f32; 4] {
+    match (&bitmap.texels, bitmap.channels) {
+        (Texels::U8(t), 3) => rgb8(t, decode, index),
+        (Texels::U8(t), 1) => grey8(t, decode, index),
+        _ => fetch_any(bitmap, decode, index),
+    }
+}
+
+/// As [`fetch`], channel by channel.
+#[inline(never)]
+fn fetch_any(bitmap: &Bitmap, decode: &[f32; 256], index: usize) -> [f32; 4] {
     let n = bitmap.channels as usize;
     let at = index * n;
     let alpha_channel = n == 2 || n == 4;
