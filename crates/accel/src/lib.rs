@@ -1,8 +1,9 @@
 //! Bounding volume hierarchies: what a ray hits first, and whether it hits anything.
 //!
 //! [`TriangleBvh`] holds one triangle soup and tests its own triangles, eight at a time.
-//! It takes one ray, or slices of [`Segment`]s, which is up to three times as fast: rays of nearly
-//! one way go through the tree together, others take turns.
+//! It takes one ray, or slices of [`Segment`]s, which is up to three times as fast: in small trees
+//! rays are sorted by their directions and go together by sixteen; in large ones rays of nearly one
+//! way go together, others take turns.
 //! [`BoxBvh`] holds any primitives known by their bounds (analytic shapes, instances, lights)
 //! and hands the ones a ray may hit to a closure.
 //!
@@ -31,8 +32,13 @@
 //! assert!(!bvh.occluded(&ray, 2.0)); // t_max itself is excluded
 //! ```
 
+mod accept;
+mod batch;
 mod box_bvh;
 mod builder;
+mod classes;
+mod crowd;
+mod edges;
 mod node;
 mod packet;
 mod pages;

@@ -5,7 +5,7 @@ use kaustika_math::{Bounds3, Vec3};
 
 use crate::builder::Child;
 use crate::ray::{LATER, RayLanes, widened};
-use crate::simd::{F32x8, LANES};
+use crate::simd::{F32x8, LANES, Lanes};
 
 /// Children of a node.
 pub(crate) const WIDTH: usize = LANES;
@@ -101,7 +101,7 @@ impl Node {
     #[inline(always)]
     pub(crate) fn intersect(
         &self,
-        ray: &RayLanes,
+        ray: &RayLanes<F32x8>,
         negative: [u8; 3],
         t_max: F32x8,
     ) -> (u32, F32x8) {
@@ -118,22 +118,22 @@ impl Node {
     /// Which rays may meet the box in `slot` before or at `t_max`, and where they enter it: bits and
     /// lanes are rays. Each is answered as by [`intersect`](Self::intersect).
     #[inline(always)]
-    pub(crate) fn intersect_child(
+    pub(crate) fn intersect_child<V: Lanes>(
         &self,
         slot: usize,
-        rays: &RayLanes,
+        rays: &RayLanes<V>,
         negative: [u8; 3],
-        t_max: F32x8,
-    ) -> (u32, F32x8) {
-        let (mut entry, mut exit) = (F32x8::splat(0.0), t_max);
+        t_max: V,
+    ) -> (u32, V) {
+        let (mut entry, mut exit) = (V::splat(0.0), t_max);
         for axis in 0..3 {
             let upper_first = usize::from(negative[axis] & 1);
-            let near = F32x8::splat(self.planes[axis][upper_first][slot % WIDTH]);
-            let far = F32x8::splat(self.planes[axis][upper_first ^ 1][slot % WIDTH]);
+            let near = V::splat(self.planes[axis][upper_first][slot % WIDTH]);
+            let far = V::splat(self.planes[axis][upper_first ^ 1][slot % WIDTH]);
             entry = near.mul_add(rays.inv_d[axis], rays.near_c[axis]).max(entry);
             exit = far.mul_add(rays.inv_d[axis], rays.far_c[axis]).min(exit);
         }
-        (entry.le(exit * F32x8::splat(LATER)), entry)
+        (entry.le(exit * V::splat(LATER)), entry)
     }
 
     /// Along an axis the planes that a ray meets first, and those that it meets last.

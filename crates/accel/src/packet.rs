@@ -15,7 +15,7 @@ use kaustika_math::{Bounds3, Ray};
 
 use crate::node::{ChildRef, Node, WIDTH};
 use crate::ray::{LATER, PreparedRay, RayLanes, widened};
-use crate::simd::{F32x8, LANES};
+use crate::simd::{F32x8, LANES, Lanes};
 use crate::stream::{Segment, Tree};
 use crate::triangle::{Hits, TriangleBlock};
 use crate::triangle_bvh::TriangleHit;
@@ -27,7 +27,7 @@ const MAX_DISTANCE: f32 = 1.0 / 64.0;
 
 /// Rays that share the signs of their directions and the order of axes in the triangle test.
 pub(crate) struct Packet {
-    lanes: RayLanes,
+    lanes: RayLanes<F32x8>,
     axes: [u8; 3],
     negative: [u8; 3],
     bundle: Bundle,
@@ -83,7 +83,7 @@ struct Bundle {
 }
 
 impl Bundle {
-    fn new(o: [F32x8; 3], lanes: &RayLanes, negative: [u8; 3], bounds: &Bounds3) -> Bundle {
+    fn new(o: [F32x8; 3], lanes: &RayLanes<F32x8>, negative: [u8; 3], bounds: &Bounds3) -> Bundle {
         let bounds = widened(bounds);
         let size = bounds.min.abs().max(bounds.max.abs()).max_component();
         let mut bundle = Bundle { near: [(0.0, 0.0); 3], far: [(0.0, 0.0); 3] };
@@ -197,7 +197,7 @@ pub(crate) fn trace<const STACK: usize>(
                     continue;
                 }
                 // Far ones first, by the first ray.
-                let at = at.or_infinity(!hit);
+                let at = at.select(!hit, F32x8::splat(f32::INFINITY));
                 let key = at.to_array()[hit.trailing_zeros() as usize % LANES].to_bits();
                 let mut i = size;
                 while i > base && keys[(i - base - 1) % WIDTH] < key {
@@ -242,7 +242,7 @@ impl Found {
         let triangles = block.count();
         if (mask.count_ones() as usize) < triangles {
             for lane in (0..LANES).filter(|lane| mask >> lane & 1 != 0) {
-                let ray = packet.lanes.only(lane);
+                let ray = packet.lanes.map(|v| v.broadcast(lane));
                 let hits = block.intersect(&ray, packet.axes, self.t[lane], || alone(lane));
                 if let Some(mut hits) = hits {
                     while let Some(triangle) = hits.pop() {
@@ -253,11 +253,13 @@ impl Found {
             }
             return;
         }
+        let slabs = block.slabs(packet.negative);
         for triangle in 0..triangles {
             let Some(prim) = block.prim(triangle) else { break };
             let t = F32x8::load(&self.t);
-            let hits = block.intersect_one(triangle, &packet.lanes, packet.axes, mask, t, alone);
-            if let Some(mut hits) = hits {
+            let rays = &packet.lanes;
+            let hits = block.intersect_one(triangle, &slabs, rays, packet.axes, mask, t, alone);
+            if let Some(mut hits) = hits.map(Hits::from) {
                 while let Some(lane) = hits.pop() {
                     self.hit(lane, prim, &hits, lane, accept);
                 }

@@ -41,7 +41,7 @@ use std::ops::Range;
 
 use kaustika_math::{Bounds3, Ray, Vec3};
 
-use crate::simd::F32x8;
+use crate::simd::{F32x8, Lanes};
 
 /// Coordinates above this magnitude are treated as not finite.
 pub(crate) const MAX_COORDINATE: f32 = 1.152_921_5e18; // 2⁶⁰
@@ -59,7 +59,7 @@ const MIN_SLOPE: f32 = 1.0 / (1u64 << 40) as f32;
 /// Directions whose longest component is in this range are taken as they are.
 const MODERATE: Range<f32> = 1e-6..1e6;
 /// By the axis of the longest component, which comes last.
-const AXES: [[u8; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
+pub(crate) const AXES: [[u8; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
 
 /// The box with which a tree replaces that of a triangle or of a node.
 pub(crate) fn widened(bounds: &Bounds3) -> Bounds3 {
@@ -162,7 +162,7 @@ impl PreparedRay {
 
     /// This ray in all lanes.
     #[inline(always)]
-    pub(crate) fn lanes(&self) -> RayLanes {
+    pub(crate) fn lanes(&self) -> RayLanes<F32x8> {
         RayLanes {
             inv_d: self.inv_d.map(F32x8::splat),
             near_c: self.near_c.map(F32x8::splat),
@@ -174,84 +174,103 @@ impl PreparedRay {
     }
 }
 
-/// The numbers of [`PreparedRay`] lane by lane: of one ray, or of eight that share `axes` and
+/// The numbers of [`PreparedRay`] lane by lane: of one ray, or of several that share `axes` and
 /// `negative`.
 #[derive(Clone, Copy)]
-pub(crate) struct RayLanes {
-    pub(crate) inv_d: [F32x8; 3],
-    pub(crate) near_c: [F32x8; 3],
-    pub(crate) far_c: [F32x8; 3],
-    pub(crate) o: [F32x8; 3],
-    pub(crate) shear: [F32x8; 3],
-    pub(crate) min_edge: F32x8,
+pub(crate) struct RayLanes<V> {
+    pub(crate) inv_d: [V; 3],
+    pub(crate) near_c: [V; 3],
+    pub(crate) far_c: [V; 3],
+    pub(crate) o: [V; 3],
+    pub(crate) shear: [V; 3],
+    pub(crate) min_edge: V,
 }
 
-impl RayLanes {
-    /// Rays that have the same `axes` and `negative`, which are returned with them, and whose
-    /// numbers need none of the special care of [`PreparedRay::new`]; otherwise `None`. The
-    /// numbers are those that it would give, and `scale` would be 1.
+impl<V: Lanes> RayLanes<V> {
+    /// Rays that have the same `axes` and `negative`, which are returned with them, and which are
+    /// [plain](PlainRays); otherwise `None`.
     #[inline(always)]
     pub(crate) fn alike(
-        o: [F32x8; 3],
-        d: [F32x8; 3],
+        o: [V; 3],
+        d: [V; 3],
         bounds: &Bounds3,
-    ) -> Option<(RayLanes, [u8; 3], [u8; 3])> {
-        let [x, y, z] = d.map(F32x8::abs);
-        let all = |mask: u32| mask == 0xff;
-        let axes = if all(y.lt(x) & z.lt(x)) {
-            AXES[0]
-        } else if all(x.lt(y) & z.lt(y)) {
-            AXES[1]
-        } else if all(x.lt(z) & y.lt(z)) {
-            AXES[2]
-        } else {
-            return None;
-        };
-        let [kx, ky, kz] = axes.map(usize::from);
-        let zero = F32x8::splat(0.0);
-        let negative = d.map(|d| d.lt(zero));
-        let longest = d[kz].abs();
-        let least = longest * F32x8::splat(MIN_SLOPE);
-        let slopes = least.le(x) & least.le(y) & least.le(z);
-        let moderate =
-            F32x8::splat(MODERATE.start).le(longest) & longest.lt(F32x8::splat(MODERATE.end));
-        // An origin that is NaN is not near.
-        let limit = F32x8::splat(MAX_SINGLE_PRECISION);
-        let near = o.map(|o| o.abs().le(limit));
-        let extent = bounds.min.abs().max(bounds.max.abs()).max_component();
-        if !all(slopes & moderate & near[0] & near[1] & near[2])
-            || !negative.iter().all(|mask| [0, 0xff].contains(mask))
-            || extent > MAX_SINGLE_PRECISION
-        {
+    ) -> Option<(RayLanes<V>, [u8; 3], [u8; 3])> {
+        let rays = PlainRays::new(o, d);
+        let longest = rays.longest.iter().position(|mask| *mask == V::ALL)?;
+        if rays.negative.iter().any(|mask| ![0, V::ALL].contains(mask)) || !is_moderate(bounds) {
             return None;
         }
-        let inv_d = d.map(|d| F32x8::splat(1.0) / d);
-        let c: [F32x8; 3] = from_fn(|i| zero - o[i] * inv_d[i]);
-        let slack = c.map(|c| c.abs() * F32x8::splat(1.0 / (1 << 22) as f32));
-        let lanes = RayLanes {
+        let axes = AXES[longest];
+        Some((RayLanes::plain(o, d, axes), axes, rays.negative.map(|mask| (mask & 1) as u8)))
+    }
+
+    /// The numbers that [`PreparedRay::new`] would give to [plain](PlainRays) rays with these
+    /// `axes`; `scale` would be 1.
+    #[inline(always)]
+    pub(crate) fn plain(o: [V; 3], d: [V; 3], axes: [u8; 3]) -> RayLanes<V> {
+        let [kx, ky, kz] = axes.map(usize::from);
+        let inv_d = d.map(|d| V::splat(1.0) / d);
+        let c: [V; 3] = from_fn(|i| V::splat(0.0) - o[i] * inv_d[i]);
+        let slack = c.map(|c| c.abs() * V::splat(1.0 / (1 << 22) as f32));
+        RayLanes {
             inv_d,
             near_c: from_fn(|i| c[i] - slack[i]),
             far_c: from_fn(|i| c[i] + slack[i]),
             o: [o[kx], o[ky], o[kz]],
             shear: [d[kx] / d[kz], d[ky] / d[kz], inv_d[kz]],
-            min_edge: F32x8::splat(MIN_EDGE_FUNCTION),
-        };
-        Some((lanes, axes, negative.map(|mask| (mask & 1) as u8)))
-    }
-
-    /// The ray of a lane in all lanes.
-    #[inline(always)]
-    pub(crate) fn only(&self, lane: usize) -> RayLanes {
-        let each = |v: [F32x8; 3]| v.map(|v| v.broadcast(lane));
-        RayLanes {
-            inv_d: each(self.inv_d),
-            near_c: each(self.near_c),
-            far_c: each(self.far_c),
-            o: each(self.o),
-            shear: each(self.shear),
-            min_edge: self.min_edge.broadcast(lane),
+            min_edge: V::splat(MIN_EDGE_FUNCTION),
         }
     }
+
+    /// The same of other vectors.
+    #[inline(always)]
+    pub(crate) fn map<W>(&self, f: impl Fn(V) -> W) -> RayLanes<W> {
+        RayLanes {
+            inv_d: self.inv_d.map(&f),
+            near_c: self.near_c.map(&f),
+            far_c: self.far_c.map(&f),
+            o: self.o.map(&f),
+            shear: self.shear.map(&f),
+            min_edge: f(self.min_edge),
+        }
+    }
+}
+
+/// Which rays are plain, that is need none of the special care of [`PreparedRay::new`] in a tree
+/// that [is moderate](is_moderate), and how they lie.
+pub(crate) struct PlainRays {
+    /// By the axis of the longest component: the plain rays of which it is that.
+    pub(crate) longest: [u32; 3],
+    /// For each axis: the rays, plain or not, whose direction is negative.
+    pub(crate) negative: [u32; 3],
+}
+
+impl PlainRays {
+    #[inline(always)]
+    pub(crate) fn new<V: Lanes>(o: [V; 3], d: [V; 3]) -> PlainRays {
+        let [x, y, z] = d.map(V::abs);
+        let longest = x.max(y).max(z);
+        let least = longest * V::splat(MIN_SLOPE);
+        let slopes = least.le(x) & least.le(y) & least.le(z);
+        let moderate = V::splat(MODERATE.start).le(longest) & longest.lt(V::splat(MODERATE.end));
+        // An origin that is NaN is not near.
+        let limit = V::splat(MAX_SINGLE_PRECISION);
+        let [near_x, near_y, near_z] = o.map(|o| o.abs().le(limit));
+        let plain = slopes & moderate & near_x & near_y & near_z;
+        PlainRays {
+            longest: [
+                y.lt(x) & z.lt(x) & plain,
+                x.lt(y) & z.lt(y) & plain,
+                x.lt(z) & y.lt(z) & plain,
+            ],
+            negative: d.map(|d| d.lt(V::splat(0.0))),
+        }
+    }
+}
+
+/// Whether no product of the triangle test overflows in a tree with these bounds.
+pub(crate) fn is_moderate(bounds: &Bounds3) -> bool {
+    bounds.min.abs().max(bounds.max.abs()).max_component() <= MAX_SINGLE_PRECISION
 }
 
 /// The direction scaled by a power of two if its longest component is far from one, and what

@@ -18,7 +18,7 @@ use kaustika_math::{Bounds3, Ray};
 
 use crate::node::{ChildRef, Node};
 use crate::ray::PreparedRay;
-use crate::simd::{self, F32x8, LANES};
+use crate::simd::{self, F32x8, LANES, Lanes};
 use crate::traverse::stack_size;
 use crate::triangle::TriangleBlock;
 use crate::triangle_bvh::TriangleHit;

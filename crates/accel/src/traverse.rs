@@ -2,7 +2,7 @@
 
 use crate::node::{ChildRef, Node, WIDTH};
 use crate::ray::PreparedRay;
-use crate::simd::F32x8;
+use crate::simd::{F32x8, Lanes};
 
 /// Stack entries that suffice for a tree of this depth.
 pub(crate) const fn stack_size(depth: usize) -> usize {

@@ -2,13 +2,13 @@
 
 use kaustika_math::{Bounds3, Ray, Vec3};
 
+use crate::accept::{Accept, Everything};
+use crate::batch::{self, Way};
 use crate::builder::{self, BuildOptions, MAX_DEPTH, WideTree};
 use crate::node::{ChildRef, Node, TreeStats, WIDTH};
-use crate::packet::{self, Packet, PacketStack};
 use crate::pages::Array;
 use crate::ray::PreparedRay;
-use crate::simd::LANES;
-use crate::stream::{self, MAX_ITEMS, Segment, Tree, stream_stack_size};
+use crate::stream::{MAX_ITEMS, Segment, Tree, stream_stack_size};
 use crate::traverse::{self, LARGE_STACK, SMALL_STACK, stack_size};
 use crate::triangle::{BLOCK, TriangleBlock};
 
@@ -138,7 +138,8 @@ impl TriangleBvh {
     /// # Panics
     /// If the slices differ in length.
     pub fn intersect_all(&self, segments: &[Segment], hits: &mut [Option<TriangleHit>]) {
-        self.intersect_all_filtered(segments, hits, |_, _| true);
+        assert_eq!(segments.len(), hits.len(), "one place for each hit");
+        self.trace::<false>(None, segments, Everything, |i, hit| hits[i] = hit);
     }
 
     /// [`intersect_filtered`](Self::intersect_filtered) for each segment; `accept` is also told
@@ -153,7 +154,7 @@ impl TriangleBvh {
         accept: impl FnMut(usize, &TriangleHit) -> bool,
     ) {
         assert_eq!(segments.len(), hits.len(), "one place for each hit");
-        self.trace::<false>(segments, accept, |i, hit| hits[i] = hit);
+        self.trace::<false>(None, segments, accept, |i, hit| hits[i] = hit);
     }
 
     /// [`occluded`](Self::occluded) for each segment; `occluded[i]` is that of `segments[i]`.
@@ -162,7 +163,8 @@ impl TriangleBvh {
     /// # Panics
     /// If the slices differ in length.
     pub fn occluded_all(&self, segments: &[Segment], occluded: &mut [bool]) {
-        self.occluded_all_filtered(segments, occluded, |_, _| true);
+        assert_eq!(segments.len(), occluded.len(), "one place for each answer");
+        self.trace::<true>(None, segments, Everything, |i, hit| occluded[i] = hit.is_some());
     }
 
     /// [`occluded_filtered`](Self::occluded_filtered) for each segment; `accept` is also told the
@@ -177,13 +179,15 @@ impl TriangleBvh {
         accept: impl FnMut(usize, &TriangleHit) -> bool,
     ) {
         assert_eq!(segments.len(), occluded.len(), "one place for each answer");
-        self.trace::<true>(segments, accept, |i, hit| occluded[i] = hit.is_some());
+        self.trace::<true>(None, segments, accept, |i, hit| occluded[i] = hit.is_some());
     }
 
-    fn trace<const ANY: bool>(
+    /// Traces a batch on the way that is asked for, or else the fastest.
+    pub(crate) fn trace<const ANY: bool>(
         &self,
+        way: Option<Way>,
         segments: &[Segment],
-        accept: impl FnMut(usize, &TriangleHit) -> bool,
+        accept: impl Accept,
         mut done: impl FnMut(usize, Option<TriangleHit>),
     ) {
         const SMALL: usize = stream_stack_size(12);
@@ -193,10 +197,11 @@ impl TriangleBvh {
             return;
         };
         let tree = Tree { nodes: &self.nodes, blocks: &self.blocks, root, bounds: &self.bounds };
+        let way = way.unwrap_or(Way::of::<ANY>(self.blocks.len()));
         if stream_stack_size(self.depth) <= SMALL {
-            trace::<SMALL, ANY>(&tree, segments, accept, done);
+            batch::trace::<SMALL, ANY>(&tree, way, segments, accept, done);
         } else {
-            trace::<LARGE, ANY>(&tree, segments, accept, done);
+            batch::trace::<LARGE, ANY>(&tree, way, segments, accept, done);
         }
     }
 
@@ -208,6 +213,12 @@ impl TriangleBvh {
         } else {
             crate::simd::prefetch(&self.nodes, child.index())
         }
+    }
+
+    /// How batches of rays go that seek the nearest hit, and any.
+    #[cfg(test)]
+    pub(crate) fn ways(&self) -> (Way, Way) {
+        (Way::of::<false>(self.blocks.len()), Way::of::<true>(self.blocks.len()))
     }
 
     #[cfg(test)]
@@ -295,39 +306,6 @@ impl TriangleBvh {
             },
         )
     }
-}
-
-/// Groups of eight rays of nearly one way that seek the nearest hit as packets, then all others.
-fn trace<const STACK: usize, const ANY: bool>(
-    tree: &Tree,
-    segments: &[Segment],
-    mut accept: impl FnMut(usize, &TriangleHit) -> bool,
-    mut done: impl FnMut(usize, Option<TriangleHit>),
-) {
-    if ANY {
-        let all = segments.iter().copied().enumerate();
-        stream::trace::<STACK, ANY>(tree, all, accept, done);
-        return;
-    }
-    let (groups, rest) = segments.as_chunks::<LANES>();
-    let mut stack = PacketStack::<STACK>::new();
-    let mut alone = Vec::with_capacity(groups.len());
-    for (i, group) in groups.iter().enumerate() {
-        let Some(packet) = Packet::new(group, tree.bounds) else {
-            alone.push(i);
-            continue;
-        };
-        let first = i * LANES;
-        let hits =
-            packet::trace(tree, &packet, group, &mut stack, |lane, hit| accept(first + lane, hit));
-        for (lane, hit) in hits.into_iter().enumerate() {
-            done(first + lane, hit);
-        }
-    }
-    let groups = alone.into_iter().flat_map(|i| i * LANES..(i + 1) * LANES);
-    let rest = segments.len() - rest.len()..segments.len();
-    let left = groups.chain(rest).map(|i| (i, segments[i]));
-    stream::trace::<STACK, ANY>(tree, left, accept, done);
 }
 
 /// Whether the corners span a plane. In double precision, where the products of a thin triangle's

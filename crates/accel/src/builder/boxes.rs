@@ -3,7 +3,7 @@
 use kaustika_math::{Bounds3, Vec3};
 
 use crate::ray::MAX_COORDINATE;
-use crate::simd::F32x8;
+use crate::simd::{F32x8, Lanes};
 
 /// The lower corner in lanes 0..3, the upper corner negated in lanes 4..7, so that a box grows by
 /// the lesser of each lane. Lanes 3 and 7 are of no meaning.

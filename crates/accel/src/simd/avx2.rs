@@ -4,77 +4,22 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Sub};
 
-use super::LANES;
+use super::{LANES, Lanes};
 
 /// Eight `f32`, lane by lane.
 #[derive(Clone, Copy)]
 pub(crate) struct F32x8(__m256);
 
 impl F32x8 {
+    #[cfg(target_feature = "avx512f")]
     #[inline(always)]
-    pub(crate) fn splat(v: f32) -> Self {
-        // SAFETY: this module is compiled only where the build enables AVX2 and FMA.
-        F32x8(unsafe { _mm256_set1_ps(v) })
-    }
-
-    #[inline(always)]
-    pub(crate) fn load(a: &[f32; LANES]) -> Self {
-        // SAFETY: AVX is enabled; `a` is 32 readable bytes, and `loadu` needs no alignment.
-        F32x8(unsafe { _mm256_loadu_ps(a.as_ptr()) })
-    }
-
-    #[inline(always)]
-    pub(crate) fn to_array(self) -> [f32; LANES] {
-        let mut a = [0.0; LANES];
-        // SAFETY: AVX is enabled; `a` is 32 writable bytes, and `storeu` needs no alignment.
-        unsafe { _mm256_storeu_ps(a.as_mut_ptr(), self.0) };
-        a
+    pub(super) fn from_register(register: __m256) -> Self {
+        F32x8(register)
     }
 
     #[inline(always)]
     pub(super) fn register(self) -> __m256 {
         self.0
-    }
-
-    /// `self * b + c`, rounded once.
-    #[inline(always)]
-    pub(crate) fn mul_add(self, b: Self, c: Self) -> Self {
-        // SAFETY: FMA is enabled.
-        F32x8(unsafe { _mm256_fmadd_ps(self.0, b.0, c.0) })
-    }
-
-    /// `self * b - c`, rounded once.
-    #[inline(always)]
-    pub(crate) fn mul_sub(self, b: Self, c: Self) -> Self {
-        // SAFETY: FMA is enabled.
-        F32x8(unsafe { _mm256_fmsub_ps(self.0, b.0, c.0) })
-    }
-
-    /// `c - self * b`, rounded once.
-    #[inline(always)]
-    pub(crate) fn neg_mul_add(self, b: Self, c: Self) -> Self {
-        // SAFETY: FMA is enabled.
-        F32x8(unsafe { _mm256_fnmadd_ps(self.0, b.0, c.0) })
-    }
-
-    /// The lesser; `o` where either is NaN.
-    #[inline(always)]
-    pub(crate) fn min(self, o: Self) -> Self {
-        // SAFETY: AVX is enabled.
-        F32x8(unsafe { _mm256_min_ps(self.0, o.0) })
-    }
-
-    /// The greater; `o` where either is NaN.
-    #[inline(always)]
-    pub(crate) fn max(self, o: Self) -> Self {
-        // SAFETY: AVX is enabled.
-        F32x8(unsafe { _mm256_max_ps(self.0, o.0) })
-    }
-
-    #[inline(always)]
-    pub(crate) fn abs(self) -> Self {
-        // SAFETY: AVX is enabled.
-        F32x8(unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0) })
     }
 
     /// One lane in all.
@@ -106,35 +51,120 @@ impl F32x8 {
         }
     }
 
-    /// With infinity in the lanes of `mask`.
+    /// Columns of the rows that are given.
     #[inline(always)]
-    pub(crate) fn or_infinity(self, mask: u32) -> Self {
+    pub(crate) fn transpose(rows: [F32x8; LANES]) -> [F32x8; LANES] {
+        let [a, b, c, d, e, f, g, h] = rows.map(|row| row.0);
+        // SAFETY: AVX is enabled.
+        unsafe {
+            let pairs = |a, b| (_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b));
+            let quads = |(a, b), (c, d)| {
+                [
+                    _mm256_shuffle_ps::<0b01_00_01_00>(a, c),
+                    _mm256_shuffle_ps::<0b11_10_11_10>(a, c),
+                    _mm256_shuffle_ps::<0b01_00_01_00>(b, d),
+                    _mm256_shuffle_ps::<0b11_10_11_10>(b, d),
+                ]
+            };
+            let upper = quads(pairs(a, b), pairs(c, d));
+            let lower = quads(pairs(e, f), pairs(g, h));
+            std::array::from_fn(|i| {
+                let (u, l) = (upper[i % 4], lower[i % 4]);
+                F32x8(if i < 4 {
+                    _mm256_permute2f128_ps::<0x20>(u, l)
+                } else {
+                    _mm256_permute2f128_ps::<0x31>(u, l)
+                })
+            })
+        }
+    }
+}
+
+impl Lanes for F32x8 {
+    const ALL: u32 = 0xff;
+    type Array = [f32; LANES];
+
+    #[inline(always)]
+    fn splat(v: f32) -> Self {
+        // SAFETY: this module is compiled only where the build enables AVX2 and FMA.
+        F32x8(unsafe { _mm256_set1_ps(v) })
+    }
+
+    #[inline(always)]
+    fn load(a: &[f32; LANES]) -> Self {
+        // SAFETY: AVX is enabled; `a` is 32 readable bytes, and `loadu` needs no alignment.
+        F32x8(unsafe { _mm256_loadu_ps(a.as_ptr()) })
+    }
+
+    #[inline(always)]
+    fn to_array(self) -> [f32; LANES] {
+        let mut a = [0.0; LANES];
+        // SAFETY: AVX is enabled; `a` is 32 writable bytes, and `storeu` needs no alignment.
+        unsafe { _mm256_storeu_ps(a.as_mut_ptr(), self.0) };
+        a
+    }
+
+    #[inline(always)]
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        // SAFETY: FMA is enabled.
+        F32x8(unsafe { _mm256_fmadd_ps(self.0, b.0, c.0) })
+    }
+
+    #[inline(always)]
+    fn mul_sub(self, b: Self, c: Self) -> Self {
+        // SAFETY: FMA is enabled.
+        F32x8(unsafe { _mm256_fmsub_ps(self.0, b.0, c.0) })
+    }
+
+    #[inline(always)]
+    fn neg_mul_add(self, b: Self, c: Self) -> Self {
+        // SAFETY: FMA is enabled.
+        F32x8(unsafe { _mm256_fnmadd_ps(self.0, b.0, c.0) })
+    }
+
+    #[inline(always)]
+    fn min(self, o: Self) -> Self {
+        // SAFETY: AVX is enabled.
+        F32x8(unsafe { _mm256_min_ps(self.0, o.0) })
+    }
+
+    #[inline(always)]
+    fn max(self, o: Self) -> Self {
+        // SAFETY: AVX is enabled.
+        F32x8(unsafe { _mm256_max_ps(self.0, o.0) })
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        // SAFETY: AVX is enabled.
+        F32x8(unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0) })
+    }
+
+    #[inline(always)]
+    fn select(self, mask: u32, o: Self) -> Self {
         // SAFETY: AVX2 is enabled.
         unsafe {
             let bits = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
             let lanes = _mm256_and_si256(_mm256_set1_epi32(mask as i32), bits);
             let lanes = _mm256_castsi256_ps(_mm256_cmpeq_epi32(lanes, bits));
-            F32x8(_mm256_blendv_ps(self.0, _mm256_set1_ps(f32::INFINITY), lanes))
+            F32x8(_mm256_blendv_ps(self.0, o.0, lanes))
         }
     }
 
-    /// One bit a lane: `self <= o`.
     #[inline(always)]
-    pub(crate) fn le(self, o: Self) -> u32 {
+    fn le(self, o: Self) -> u32 {
         // SAFETY: AVX is enabled.
         unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(self.0, o.0)) as u32 }
     }
 
-    /// One bit a lane: `self < o`.
     #[inline(always)]
-    pub(crate) fn lt(self, o: Self) -> u32 {
+    fn lt(self, o: Self) -> u32 {
         // SAFETY: AVX is enabled.
         unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(self.0, o.0)) as u32 }
     }
 
-    /// One bit a lane: the sign bits of the three are not all the same.
     #[inline(always)]
-    pub(crate) fn differing_signs(self, b: Self, c: Self) -> u32 {
+    fn differing_signs(self, b: Self, c: Self) -> u32 {
         // SAFETY: AVX is enabled.
         unsafe {
             let ab = _mm256_xor_ps(self.0, b.0);

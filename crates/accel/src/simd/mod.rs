@@ -1,11 +1,20 @@
-//! Eight `f32` in a register, and what is done with traversal stacks by eight entries at a time.
+//! Eight or sixteen `f32` in a register, and what is done with traversal stacks by eight entries at
+//! a time.
 //!
 //! Two implementations of each: `avx2` where the build may use AVX2 and FMA, `portable`
-//! everywhere else. They agree bit for bit (a test below compares them), so images do not depend
-//! on the instruction set. Fused multiply-add is always fused: the triangle test relies on it.
+//! everywhere else; for sixteen `avx512`, or else a `pair` of eight. They agree bit for bit (tests
+//! below compare them), so images do not depend on the instruction set. Fused multiply-add is always fused: the triangle test relies on it.
 
 #[cfg(all(target_arch = "x86_64", target_feature = "avx2", target_feature = "fma"))]
 mod avx2;
+#[cfg(all(target_arch = "x86_64", target_feature = "avx512f", target_feature = "avx512dq"))]
+mod avx512;
+mod lanes;
+#[cfg(any(
+    test,
+    not(all(target_arch = "x86_64", target_feature = "avx512f", target_feature = "avx512dq"))
+))]
+mod pair;
 #[cfg(any(
     test,
     not(all(target_arch = "x86_64", target_feature = "avx2", target_feature = "fma"))
@@ -21,6 +30,15 @@ mod stack_portable;
 
 #[cfg(all(target_arch = "x86_64", target_feature = "avx2", target_feature = "fma"))]
 pub(crate) use avx2::{F32x8, prefetch, prefetch_either};
+#[cfg(all(target_arch = "x86_64", target_feature = "avx512f", target_feature = "avx512dq"))]
+pub(crate) use avx512::F32x16;
+pub(crate) use lanes::Lanes;
+#[cfg(not(all(
+    target_arch = "x86_64",
+    target_feature = "avx512f",
+    target_feature = "avx512dq"
+)))]
+pub(crate) use pair::F32x16;
 #[cfg(not(all(target_arch = "x86_64", target_feature = "avx2", target_feature = "fma")))]
 pub(crate) use portable::F32x8;
 #[cfg(all(target_arch = "x86_64", target_feature = "avx2", target_feature = "fma"))]
@@ -36,12 +54,14 @@ pub(crate) fn prefetch<T>(_slice: &[T], _index: usize) {}
 #[cfg(not(all(target_arch = "x86_64", target_feature = "avx2", target_feature = "fma")))]
 pub(crate) fn prefetch_either<A, B>(_a: &[A], _b: &[B], _second: bool, _index: usize) {}
 
-/// Lanes of a vector.
+/// Lanes of [`F32x8`].
 pub(crate) const LANES: usize = 8;
+/// Lanes of [`F32x16`].
+pub(crate) const WIDE: usize = 16;
 
 #[cfg(all(test, target_arch = "x86_64", target_feature = "avx2", target_feature = "fma"))]
 mod tests {
-    use super::{LANES, avx2, portable, stack_avx2, stack_portable};
+    use super::{LANES, Lanes, avx2, portable, stack_avx2, stack_portable};
     use crate::node::ChildRef;
     use kaustika_math::mix_bits;
 
@@ -62,7 +82,11 @@ mod tests {
 
     /// Equal bits, but for the payload of a NaN.
     fn same(a: [f32; LANES], b: [f32; LANES]) -> bool {
-        a.iter().zip(&b).all(|(a, b)| a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan()))
+        a.iter().zip(&b).all(|(a, b)| is_same(*a, *b))
+    }
+
+    fn is_same(a: f32, b: f32) -> bool {
+        a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan())
     }
 
     #[test]
@@ -90,7 +114,7 @@ mod tests {
             check!("max", va.max(vb), pa.max(pb));
             check!("abs", va.abs(), pa.abs());
             let mask = (mix_bits(seed) & 0xff) as u32;
-            check!("or_infinity", va.or_infinity(mask), pa.or_infinity(mask));
+            check!("select", va.select(mask, vb), pa.select(mask, pb));
             let lane = (mix_bits(seed) >> 8 & 7) as usize;
             check!("broadcast", va.broadcast(lane), pa.broadcast(lane));
             check!("splat", avx2::F32x8::splat(a[3]), portable::F32x8::splat(a[3]));
@@ -101,6 +125,61 @@ mod tests {
             // The sign of a NaN made by an operation is not defined; those the tests make are.
             assert_eq!((v.least(), v.greatest()), (p.least(), p.greatest()), "{ordered:?}");
             assert_eq!(v.differing_signs(v, va.abs()), p.differing_signs(p, pa.abs()));
+        }
+    }
+
+    #[test]
+    fn columns_are_the_rows_turned() {
+        let rows: [[f32; LANES]; LANES] = std::array::from_fn(|i| pattern(i as u64));
+        let turned = std::array::from_fn(|i| std::array::from_fn(|j| rows[j][i]));
+        let v = avx2::F32x8::transpose(rows.map(|row| avx2::F32x8::load(&row)));
+        let p = portable::F32x8::transpose(rows.map(|row| portable::F32x8::load(&row)));
+        let bits = |a: [[f32; LANES]; LANES]| a.map(|row| row.map(f32::to_bits));
+        assert_eq!(bits(v.map(avx2::F32x8::to_array)), bits(turned));
+        assert_eq!(bits(p.map(portable::F32x8::to_array)), bits(turned));
+    }
+
+    #[cfg(all(target_feature = "avx512f", target_feature = "avx512dq"))]
+    #[test]
+    fn sixteen_lanes_agree_with_two_times_eight() {
+        use super::{F32x8, WIDE, avx512, pair};
+        let wide = |seed: u64| -> [f32; WIDE] {
+            let halves = [pattern(2 * seed), pattern(2 * seed + 1)];
+            std::array::from_fn(|i| halves[i / LANES][i % LANES])
+        };
+        let same = |a: [f32; WIDE], b: [f32; WIDE]| a.iter().zip(&b).all(|(a, b)| is_same(*a, *b));
+        for seed in 0..20_000 {
+            let [a, b, c] = [0, 1, 2].map(|k| wide(3 * seed + k));
+            let [va, vb, vc] = [a, b, c].map(|a| avx512::F32x16::load(&a));
+            let [pa, pb, pc] = [a, b, c].map(|a| pair::F32x16::load(&a));
+            macro_rules! check {
+                ($what:literal, $v:expr, $p:expr) => {
+                    let (v, p) = ($v.to_array(), $p.to_array());
+                    assert!(same(v, p), "{}: {a:?} {b:?} {c:?}: {v:?} {p:?}", $what);
+                };
+            }
+            check!("+", va + vb, pa + pb);
+            check!("-", va - vb, pa - pb);
+            check!("*", va * vb, pa * pb);
+            check!("/", va / vb, pa / pb);
+            check!("mul_add", va.mul_add(vb, vc), pa.mul_add(pb, pc));
+            check!("mul_sub", va.mul_sub(vb, vc), pa.mul_sub(pb, pc));
+            check!("neg_mul_add", va.neg_mul_add(vb, vc), pa.neg_mul_add(pb, pc));
+            check!("min", va.min(vb), pa.min(pb));
+            check!("max", va.max(vb), pa.max(pb));
+            check!("abs", va.abs(), pa.abs());
+            check!("splat", avx512::F32x16::splat(a[3]), pair::F32x16::splat(a[3]));
+            let mask = (mix_bits(seed) & 0xffff) as u32;
+            check!("select", va.select(mask, vb), pa.select(mask, pb));
+            let [low, high] = [0, 1].map(|k| F32x8::load(&pattern(2 * seed + k)));
+            check!("join", avx512::F32x16::join(low, high), pair::F32x16::join(low, high));
+            let lane = (mix_bits(seed) >> 16 & 15) as usize;
+            let one = [va.broadcast(lane).to_array(), pa.broadcast(lane).to_array()];
+            assert!(one.as_flattened().iter().all(|v| is_same(*v, a[lane])), "{a:?} at {lane}");
+            assert_eq!(va.le(vb), pa.le(pb), "{a:?} <= {b:?}");
+            assert_eq!(va.lt(vb), pa.lt(pb), "{a:?} < {b:?}");
+            // The sign of a NaN made by an operation is not defined; those the tests make are.
+            assert_eq!(va.differing_signs(vb, va.abs()), pa.differing_signs(pb, pa.abs()));
         }
     }
 

@@ -3,7 +3,7 @@
 use std::array::from_fn;
 use std::ops::{Add, Div, Mul, Sub};
 
-use super::LANES;
+use super::{LANES, Lanes};
 
 /// Eight `f32`, lane by lane.
 #[derive(Clone, Copy)]
@@ -15,56 +15,6 @@ fn mask(test: impl Fn(usize) -> bool) -> u32 {
 }
 
 impl F32x8 {
-    #[inline(always)]
-    pub(crate) fn splat(v: f32) -> Self {
-        F32x8([v; LANES])
-    }
-
-    #[inline(always)]
-    pub(crate) fn load(a: &[f32; LANES]) -> Self {
-        F32x8(*a)
-    }
-
-    #[inline(always)]
-    pub(crate) fn to_array(self) -> [f32; LANES] {
-        self.0
-    }
-
-    /// `self * b + c`, rounded once.
-    #[inline(always)]
-    pub(crate) fn mul_add(self, b: Self, c: Self) -> Self {
-        F32x8(from_fn(|i| self.0[i].mul_add(b.0[i], c.0[i])))
-    }
-
-    /// `self * b - c`, rounded once.
-    #[inline(always)]
-    pub(crate) fn mul_sub(self, b: Self, c: Self) -> Self {
-        F32x8(from_fn(|i| self.0[i].mul_add(b.0[i], -c.0[i])))
-    }
-
-    /// `c - self * b`, rounded once.
-    #[inline(always)]
-    pub(crate) fn neg_mul_add(self, b: Self, c: Self) -> Self {
-        F32x8(from_fn(|i| (-self.0[i]).mul_add(b.0[i], c.0[i])))
-    }
-
-    /// The lesser; `o` where either is NaN.
-    #[inline(always)]
-    pub(crate) fn min(self, o: Self) -> Self {
-        F32x8(from_fn(|i| if self.0[i] < o.0[i] { self.0[i] } else { o.0[i] }))
-    }
-
-    /// The greater; `o` where either is NaN.
-    #[inline(always)]
-    pub(crate) fn max(self, o: Self) -> Self {
-        F32x8(from_fn(|i| if self.0[i] > o.0[i] { self.0[i] } else { o.0[i] }))
-    }
-
-    #[inline(always)]
-    pub(crate) fn abs(self) -> Self {
-        F32x8(self.0.map(f32::abs))
-    }
-
     /// One lane in all.
     #[inline(always)]
     pub(crate) fn broadcast(self, lane: usize) -> Self {
@@ -83,27 +33,79 @@ impl F32x8 {
         self.0.into_iter().fold(f32::NEG_INFINITY, f32::max)
     }
 
-    /// With infinity in the lanes of `mask`.
+    /// Columns of the rows that are given.
     #[inline(always)]
-    pub(crate) fn or_infinity(self, mask: u32) -> Self {
-        F32x8(from_fn(|i| if mask >> i & 1 != 0 { f32::INFINITY } else { self.0[i] }))
+    pub(crate) fn transpose(rows: [F32x8; LANES]) -> [F32x8; LANES] {
+        from_fn(|i| F32x8(from_fn(|j| rows[j].0[i])))
+    }
+}
+
+impl Lanes for F32x8 {
+    const ALL: u32 = 0xff;
+    type Array = [f32; LANES];
+
+    #[inline(always)]
+    fn splat(v: f32) -> Self {
+        F32x8([v; LANES])
     }
 
-    /// One bit a lane: `self <= o`.
     #[inline(always)]
-    pub(crate) fn le(self, o: Self) -> u32 {
+    fn load(a: &[f32; LANES]) -> Self {
+        F32x8(*a)
+    }
+
+    #[inline(always)]
+    fn to_array(self) -> [f32; LANES] {
+        self.0
+    }
+
+    #[inline(always)]
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        F32x8(from_fn(|i| self.0[i].mul_add(b.0[i], c.0[i])))
+    }
+
+    #[inline(always)]
+    fn mul_sub(self, b: Self, c: Self) -> Self {
+        F32x8(from_fn(|i| self.0[i].mul_add(b.0[i], -c.0[i])))
+    }
+
+    #[inline(always)]
+    fn neg_mul_add(self, b: Self, c: Self) -> Self {
+        F32x8(from_fn(|i| (-self.0[i]).mul_add(b.0[i], c.0[i])))
+    }
+
+    #[inline(always)]
+    fn min(self, o: Self) -> Self {
+        F32x8(from_fn(|i| if self.0[i] < o.0[i] { self.0[i] } else { o.0[i] }))
+    }
+
+    #[inline(always)]
+    fn max(self, o: Self) -> Self {
+        F32x8(from_fn(|i| if self.0[i] > o.0[i] { self.0[i] } else { o.0[i] }))
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        F32x8(self.0.map(f32::abs))
+    }
+
+    #[inline(always)]
+    fn select(self, mask: u32, o: Self) -> Self {
+        F32x8(from_fn(|i| if mask >> i & 1 != 0 { o.0[i] } else { self.0[i] }))
+    }
+
+    #[inline(always)]
+    fn le(self, o: Self) -> u32 {
         mask(|i| self.0[i] <= o.0[i])
     }
 
-    /// One bit a lane: `self < o`.
     #[inline(always)]
-    pub(crate) fn lt(self, o: Self) -> u32 {
+    fn lt(self, o: Self) -> u32 {
         mask(|i| self.0[i] < o.0[i])
     }
 
-    /// One bit a lane: the sign bits of the three are not all the same.
     #[inline(always)]
-    pub(crate) fn differing_signs(self, b: Self, c: Self) -> u32 {
+    fn differing_signs(self, b: Self, c: Self) -> u32 {
         mask(|i| {
             let sign = self.0[i].is_sign_negative();
             b.0[i].is_sign_negative() != sign || c.0[i].is_sign_negative() != sign

@@ -1,8 +1,8 @@
 //! Traversal stacks in plain Rust: the fallback, and the twin the intrinsics are tested against.
 //! What the functions do is said in `stack_avx2`.
 
-use super::LANES;
 use super::portable::F32x8;
+use super::{LANES, Lanes};
 use crate::node::ChildRef;
 
 pub(crate) fn push_hits(mask: u32, children: &[ChildRef; LANES], refs: &mut [ChildRef; LANES]) {

@@ -3,6 +3,9 @@
 use kaustika_math::{Ray, Vec3};
 
 use super::meshes::{Mesh, Random};
+use crate::accept::{Accept, Everything};
+use crate::batch::Way;
+use crate::classes::Classes;
 use crate::packet::Packet;
 use crate::{BuildOptions, Segment, TriangleBvh, TriangleHit};
 
@@ -42,42 +45,75 @@ fn segments(mesh: &Mesh, count: usize, r: &mut Random) -> Vec<Segment> {
     out
 }
 
+const WAYS: [Way; 2] = [Way::Crowds, Way::Flights];
+
+fn hits(
+    bvh: &TriangleBvh,
+    way: Way,
+    segments: &[Segment],
+    accept: impl Accept,
+) -> Vec<Option<TriangleHit>> {
+    let mut hits = vec![None; segments.len()];
+    bvh.trace::<false>(Some(way), segments, accept, |i, hit| hits[i] = hit);
+    hits
+}
+
+fn occluded(bvh: &TriangleBvh, way: Way, segments: &[Segment], accept: impl Accept) -> Vec<bool> {
+    let mut occluded = vec![false; segments.len()];
+    bvh.trace::<true>(Some(way), segments, accept, |i, hit| occluded[i] = hit.is_some());
+    occluded
+}
+
+/// All queries for batches against those for single rays, on all ways.
 fn compare(mesh: &Mesh, bvh: &TriangleBvh, segments: &[Segment], salt: u32) {
     let name = mesh.name;
     let rubbish = Some(TriangleHit { t: 1.0, prim: 1 << 30, b: [1.0; 3] });
-    let (mut hits, mut occluded) = (vec![rubbish; segments.len()], vec![true; segments.len()]);
-    bvh.intersect_all(segments, &mut hits);
-    bvh.occluded_all(segments, &mut occluded);
+    let (mut nearest, mut any) = (vec![rubbish; segments.len()], vec![true; segments.len()]);
+    bvh.intersect_all(segments, &mut nearest);
+    bvh.occluded_all(segments, &mut any);
     for (i, s) in segments.iter().enumerate() {
-        assert_eq!(hits[i], bvh.intersect(&s.ray, s.t_max), "{name} {i}: {s:?}");
-        assert_eq!(occluded[i], bvh.occluded(&s.ray, s.t_max), "{name} {i}: {s:?}");
+        assert_eq!(nearest[i], bvh.intersect(&s.ray, s.t_max), "{name} {i}: {s:?}");
+        assert_eq!(any[i], bvh.occluded(&s.ray, s.t_max), "{name} {i}: {s:?}");
+    }
+    for way in WAYS {
+        assert_eq!(hits(bvh, way, segments, Everything), nearest, "{name} {way:?}");
+        assert_eq!(occluded(bvh, way, segments, Everything), any, "{name} {way:?}");
     }
 
     // Through a mask that differs from segment to segment.
     let accept = |i: usize, h: &TriangleHit| (h.prim ^ salt ^ i as u32).count_ones() & 1 == 0;
-    bvh.intersect_all_filtered(segments, &mut hits, accept);
-    let mut seen = vec![Vec::new(); segments.len()];
-    bvh.occluded_all_filtered(segments, &mut occluded, |i, h| {
-        seen[i].push(*h);
-        accept(i, h)
-    });
+    bvh.intersect_all_filtered(segments, &mut nearest, accept);
+    bvh.occluded_all_filtered(segments, &mut any, accept);
     for (i, s) in segments.iter().enumerate() {
         let alone = bvh.intersect_filtered(&s.ray, s.t_max, |h| accept(i, h));
-        assert_eq!(hits[i], alone, "{name} {i}: {s:?}");
-        assert_eq!(occluded[i], alone.is_some(), "{name} {i}: {s:?}");
-        if occluded[i] {
-            let (last, before) = seen[i].split_last().expect("something was accepted");
-            assert!(accept(i, last) && !before.iter().any(|h| accept(i, h)), "{name} {i}");
-        } else {
-            // Every hit was shown once, as it is.
-            let mut all = Vec::new();
-            bvh.occluded_filtered(&s.ray, s.t_max, |h| {
-                all.push(*h);
-                false
-            });
-            all.sort_by_key(|h| h.prim);
-            seen[i].sort_by_key(|h| h.prim);
-            assert_eq!(seen[i], all, "{name} {i}: {s:?}");
+        assert_eq!(nearest[i], alone, "{name} {i}: {s:?}");
+        assert_eq!(any[i], alone.is_some(), "{name} {i}: {s:?}");
+    }
+    for way in WAYS {
+        assert_eq!(hits(bvh, way, segments, accept), nearest, "{name} {way:?}");
+        let mut seen = vec![Vec::new(); segments.len()];
+        let occluded = occluded(bvh, way, segments, |i: usize, h: &TriangleHit| {
+            seen[i].push(*h);
+            accept(i, h)
+        });
+        assert_eq!(occluded, any, "{name} {way:?}");
+        for (i, s) in segments.iter().enumerate() {
+            let context = || format!("{name} {way:?} {i}: {s:?}");
+            if occluded[i] {
+                let (last, before) = seen[i].split_last().expect("something was accepted");
+                let first = accept(i, last) && !before.iter().any(|h| accept(i, h));
+                assert!(first, "{}", context());
+            } else {
+                // Every hit was shown once, as it is.
+                let mut all = Vec::new();
+                bvh.occluded_filtered(&s.ray, s.t_max, |h| {
+                    all.push(*h);
+                    false
+                });
+                all.sort_by_key(|h| h.prim);
+                seen[i].sort_by_key(|h| h.prim);
+                assert_eq!(seen[i], all, "{}", context());
+            }
         }
     }
 }
@@ -93,6 +129,42 @@ fn batches_equal_single_rays() {
                 compare(&mesh, &bvh, &segments, round);
             }
         }
+    }
+}
+
+/// More rays than are sorted at a time.
+#[test]
+fn long_batches_equal_single_rays() {
+    let mesh = Mesh::random("soup", 1500, 0.1, 1.0);
+    let segments = segments(&mesh, 9000, &mut Random::new(15));
+    compare(&mesh, &build(&mesh), &segments, 1);
+}
+
+/// The tests above would pass without crowds.
+#[test]
+fn most_rays_of_the_test_go_in_crowds_and_some_do_not() {
+    for mesh in Mesh::all() {
+        let bvh = build(&mesh);
+        let segments = segments(&mesh, 4000, &mut Random::new(14));
+        let classes = Classes::new(&segments, 0, &bvh.bounds());
+        let sizes: Vec<usize> = classes.plain().map(|(_, rays)| rays.len()).collect();
+        let (plain, special) = (sizes.iter().sum::<usize>(), classes.special().len());
+        assert_eq!(plain + special, 4000);
+        // Single precision may overflow on the largest coordinates. Directions are very short between
+        // points of the smallest meshes, and long in large ones.
+        let expected = if mesh.name == "huge" { 0..1 } else { 500..3500 };
+        assert!(expected.contains(&plain), "{}: {plain} of 4000, {sizes:?}", mesh.name);
+    }
+}
+
+#[test]
+fn small_trees_are_for_crowds_and_large_ones_are_not() {
+    let triangles = [12, 1200, 120_000];
+    let expected =
+        [(Way::Crowds, Way::Crowds), (Way::Crowds, Way::Crowds), (Way::Flights, Way::Flights)];
+    for (triangles, ways) in triangles.into_iter().zip(expected) {
+        let bvh = build(&Mesh::random("soup", triangles, 0.01, 1.0));
+        assert_eq!(bvh.ways(), ways, "{triangles} triangles");
     }
 }
 

@@ -3,8 +3,8 @@
 use kaustika_math::{Bounds3, Ray};
 
 use super::meshes::{Mesh, Random};
+use crate::edges::intersect_one;
 use crate::ray::PreparedRay;
-use crate::triangle::intersect_one;
 use crate::{BuildOptions, TriangleBvh, TriangleHit};
 
 /// All hits with t in (0, t_max), in the order of the triangles.
