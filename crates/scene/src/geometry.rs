@@ -92,7 +92,7 @@ impl Geometry {
         self.with_instances(best, ray, t_max, &accept)
     }
 
-    /// As [`Geometry::intersect`] for many rays; `batch.hits` tells what each met.
+    /// As [`Geometry::intersect`] for many rays; `batch` tells what each met.
     pub fn intersect_all(&self, segments: &[Segment], batch: &mut RayBatch, accept: impl Accept) {
         batch.for_hits(segments);
         let world = &self.groups[0];
@@ -103,12 +103,15 @@ impl Geometry {
         } else {
             world.triangles.intersect_all(segments, &mut batch.triangles);
         }
+        if world.quadric_count == 0 && self.instances.is_empty() {
+            return;
+        }
         let hits = batch.triangles.iter().zip(segments).map(|(hit, s)| {
             let best = hit.map(|h| world.hit(&h));
             let best = world.with_quadrics(best, self, &s.ray, s.t_max, &accept);
             self.with_instances(best, &s.ray, s.t_max, &accept)
         });
-        batch.hits.extend(hits);
+        batch.others.extend(hits);
     }
 
     /// The nearer of `best` and what instances have.

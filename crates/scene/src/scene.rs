@@ -78,7 +78,7 @@ impl Scene {
         self.geometry.intersect(ray, t_max, |p, ray| !self.is_hole(p, ray))
     }
 
-    /// As [`Scene::hit`] for many rays; `batch.hits` tells what each met.
+    /// As [`Scene::hit`] for many rays; [`RayBatch::hit`] tells what each met.
     pub fn hit_all(&self, segments: &[Segment], batch: &mut RayBatch) {
         self.geometry.intersect_all(segments, batch, |p, ray| !self.is_hole(p, ray));
     }

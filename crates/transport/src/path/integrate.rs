@@ -177,9 +177,7 @@ impl<'a> Integrator<'a> {
         // Add what it emits toward the path: the BSDF's term of (1).
         let shown = self.shows(walk.depth);
         let Some(hit) = hit else {
-            if shown {
-                walk.radiance += walk.beta * self.escaped(&ray, &walk.previous, &walk.lambda);
-            }
+            walk.radiance += self.from_outside(walk);
             return Vertex::END;
         };
         let mut surface = scene.geometry.surface(hit, &ray);
@@ -246,6 +244,15 @@ impl<'a> Integrator<'a> {
             walk.beta /= q; // (4)
         }
         Vertex { light, goes_on: true }
+    }
+
+    /// What a path finds whose ray met nothing: the BSDF's term of (1).
+    #[inline]
+    pub(super) fn from_outside(&self, walk: &Walk) -> Spectrum {
+        if !self.shows(walk.depth) {
+            return Spectrum::ZERO;
+        }
+        walk.beta * self.escaped(&walk.segment.ray, &walk.previous, &walk.lambda)
     }
 
     /// What only some vertices on plain surfaces need, of one path: adds what the surface emits,

@@ -140,10 +140,13 @@ impl<'a> Wave<'a> {
         let mut alive = 0;
         (self.plain.lanes, self.plain.coats.lanes) = (0, 0);
         for lane in 0..count {
-            let hit = self.batch.hits[first + lane];
-            if !self.is_plain(integrator, first, lane, hit.as_ref(), stats) {
-                let goes_on = self.vertex(integrator, first + lane, hit.as_ref(), stats);
-                alive |= u32::from(goes_on) << lane;
+            let i = first + lane;
+            let Some(hit) = self.batch.hit(i) else {
+                self.escape(integrator, i, stats);
+                continue;
+            };
+            if !self.is_plain(integrator, first, lane, &hit, stats) {
+                alive |= u32::from(self.vertex(integrator, i, &hit, stats)) << lane;
             }
         }
         if self.plain.lanes != 0 {
@@ -154,18 +157,30 @@ impl<'a> Wave<'a> {
         self.ended.extend(ended.map(|lane| (first + lane) as u32));
     }
 
+    /// Ends a path whose ray met nothing.
+    #[inline(always)]
+    fn escape(&mut self, integrator: &Integrator<'a>, i: usize, stats: &mut PassStats) {
+        stats.closest_rays += 1;
+        if integrator.scene().environments.is_empty() {
+            return;
+        }
+        let pack = &mut self.packs[i / LANES];
+        let walk = pack.get(i, self.segments[i], self.lambdas[i]);
+        pack.add(i % LANES, integrator.from_outside(&walk));
+    }
+
     /// Takes one path on; false if it ends.
     fn vertex(
         &mut self,
         integrator: &Integrator<'a>,
         i: usize,
-        hit: Option<&Hit>,
+        hit: &Hit,
         stats: &mut PassStats,
     ) -> bool {
         let pack = &mut self.packs[i / LANES];
         let mut walk = pack.get(i, self.segments[i], self.lambdas[i]);
         let (sampler, record) = (&mut self.samplers[i], self.records.get_mut(i));
-        let vertex = integrator.vertex(&mut walk, sampler, hit, &mut self.bsdf, record, stats);
+        let vertex = integrator.vertex(&mut walk, sampler, Some(hit), &mut self.bsdf, record, stats);
         pack.set(i, &walk);
         self.segments[i] = walk.segment;
         self.lambdas[i] = walk.lambda;
@@ -184,10 +199,9 @@ impl<'a> Wave<'a> {
         integrator: &Integrator<'a>,
         first: usize,
         lane: usize,
-        hit: Option<&Hit>,
+        hit: &Hit,
         stats: &mut PassStats,
     ) -> bool {
-        let Some(hit) = hit else { return false };
         let scene = integrator.scene();
         let store = &scene.geometry.triangles;
         // Computed with the others, if nothing has to be known of it before.
