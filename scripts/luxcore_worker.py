@@ -5,9 +5,13 @@
 Speaks as mitsuba_worker.py does; every answer names the samples a pixel too, since LuxCore looks at its count now and then and
 renders some more. Seconds are the engine's own clock. Only what that one file uses is understood: PLY and inline
 meshes, matte, coated and metallic materials, image textures, a distant and an image light (LIGHT: `distant` or `infinite`
-renders with one of them only). What differs from pbrt's models: `coateddiffuse` is LuxCore's `glossy2` (a Schlick coat over matte)
-with a reflectance of 0.04; metals have Schlick's Fresnel reflectance from their index at normal incidence; Russian roulette survives with at
-least 0.5. Depth counts as pbrt's; LuxCore's path.pathdepth.total is one more.
+renders with one of them only). What differs from pbrt's models: `coateddiffuse` is LuxCore's `glossy2`, a Schlick coat over matte,
+with a reflectance of 0.04. Light that a real coat sends back to the base again and again is absorbed there, which `glossy2` does not know
+(and with kd = 1 it reflects 1.04 of what it gets): kd is chosen so that both have the same albedo, see `base_of`. Metals
+have Schlick's Fresnel reflectance from their index at normal incidence, and albedos within 1.3 % of ours; Russian roulette
+survives with at least 0.5. Depth counts as pbrt's; LuxCore's path.pathdepth.total is one more.
+
+Runs in a Python that has pyluxcore, numpy and Pillow.
 """
 import json
 import os
@@ -18,6 +22,7 @@ import time
 
 import numpy as np
 import pyluxcore
+from PIL import Image
 
 SCENE, SIZE, DEPTH, RR_DEPTH, THREADS, SPP = sys.argv[1:7]
 LIGHTS = sys.argv[7:8] or ["distant", "infinite"]
@@ -80,9 +85,33 @@ def sky(path, to_light, out):
     x = np.minimum((square[:, 0] * width).astype(int), width - 1)
     y = np.minimum((square[:, 1] * height).astype(int), height - 1)
     latlong = image[y, x].reshape(n, 2 * n, 3)
+    write_pfm(latlong, out)
+
+
+# Albedos under a uniform sky, over a sphere's picture (so that directions have the weight of their cosine), by the coat's
+# roughness. Of `coateddiffuse` over a base of reflectance r, rendered by us at eight r and matched within 0.004 by
+#     A0 + P r (1 + K r + (K r)^2 + (K r)^3 + (K r)^4),
+# five reflections by the base being pbrt's maxdepth of 10: (A0, P, K). Of LuxCore's `glossy2` over kd: a + b kd, (a, b).
+COATED = {0.01: (0.0912, 0.3587, 0.5655), 0.1: (0.0780, 0.3624, 0.5317), 0.2: (0.0646, 0.3622, 0.4724)}
+GLOSSY2 = {0.01: (0.0871, 0.9549), 0.1: (0.0761, 0.9485), 0.2: (0.0617, 0.9384)}
+
+
+def base_of(reflectance, roughness):
+    """kd with which `glossy2` has the albedo of a `coateddiffuse` of this reflectance."""
+    (a0, p, k), (a, b), r = COATED[roughness], GLOSSY2[roughness], np.asarray(reflectance)
+    return np.maximum(0, a0 - a + p * r * sum((k * r) ** i for i in range(5))) / b
+
+
+def texture(path, change, out):
+    """Writes an 8-bit sRGB image, made linear and changed, for LuxCore's imagemap, whose own decoding is a bare power."""
+    c = np.asarray(Image.open(path).convert("RGB")) / 255
+    write_pfm(change(np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)), out)
+
+
+def write_pfm(image, out):
     with open(out, "wb") as f:
-        f.write(b"PF\n%d %d\n-1.0\n" % (2 * n, n))
-        latlong[::-1].astype("<f4").tofile(f)
+        f.write(b"PF\n%d %d\n-1.0\n" % (image.shape[1], image.shape[0]))
+        image[::-1].astype("<f4").tofile(f)
 
 
 def matrix(text):
@@ -108,14 +137,10 @@ def build(folder):
     aspect = WIDTH / HEIGHT
     put("camera.screenwindow", [-aspect, aspect, -1.0 - 2.0 / HEIGHT, 1.0 - 2.0 / HEIGHT])
 
-    for name, body in re.findall(r'Texture "(\w+)" "spectrum" "imagemap"(.*?)(?=Texture|MakeNamed)', world, re.S):
-        put("textures.%s.type" % name, "imagemap")
-        put("textures.%s.file" % name, os.path.join(HOME, word(body, "filename")))
-        put("textures.%s.gamma" % name, 2.2)
-        put("textures.%s.mapping.uvscale" % name, [1.0, -1.0])
-        put("textures.%s.mapping.uvdelta" % name, [0.0, 1.0])
+    pictures = re.findall(r'Texture "(\w+)" "spectrum" "imagemap"(.*?)(?=Texture|MakeNamed)', world, re.S)
+    pictures = {name: os.path.join(HOME, word(body, "filename")) for name, body in pictures}
     for name, body in re.findall(r'MakeNamedMaterial "(\w+)"(.*?)(?=MakeNamed|NamedMaterial)', world, re.S):
-        kind, colour = word(body, "type"), word(body, "reflectance") or numbers(body, "reflectance")
+        kind, colour = word(body, "type"), word(body, "reflectance") or tuple(numbers(body, "reflectance"))
         material = "materials.%s." % name
         if kind == "conductor":
             eta, k = np.array(numbers(body, "eta")), np.array(numbers(body, "k"))
@@ -124,10 +149,24 @@ def build(folder):
             put(material + "type", "metal2")
             put(material + "fresnel", name + "F")
         else:
-            put(material + "type", "glossy2" if kind == "coateddiffuse" else "matte")
-            put(material + "kd", colour)
+            change = lambda r: r
             if kind == "coateddiffuse":
+                put(material + "type", "glossy2")
                 put(material + "ks", [0.04, 0.04, 0.04])
+                change = lambda r: base_of(r, numbers(body, "uroughness")[0])
+            else:
+                put(material + "type", "matte")
+            if colour in pictures:
+                image = os.path.join(folder, name + ".pfm")
+                texture(pictures[colour], change, image)
+                put("textures.%sKd.type" % name, "imagemap")
+                put("textures.%sKd.file" % name, image)
+                put("textures.%sKd.gamma" % name, 1.0)
+                put("textures.%sKd.mapping.uvscale" % name, [1.0, -1.0])
+                put("textures.%sKd.mapping.uvdelta" % name, [0.0, 1.0])
+                put(material + "kd", name + "Kd")
+            else:
+                put(material + "kd", list(map(float, change(colour))))
         if kind != "diffuse":
             put(material + "uroughness", numbers(body, "uroughness")[0])
             put(material + "vroughness", numbers(body, "vroughness")[0])

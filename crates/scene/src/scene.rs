@@ -12,7 +12,7 @@ use crate::surface::{LightId, Surface};
 use crate::texture::{TexturePoint, Textures};
 use kaustika_accel::Segment;
 use kaustika_math::ray::offset_origin;
-use kaustika_math::{Ray, Vec3};
+use kaustika_math::{Ray, Vec3, gamma};
 use kaustika_spectra::{ColorMode, Spectrum, Wavelengths};
 
 /// What the scene remembers of a shape.
@@ -89,9 +89,17 @@ impl Scene {
     }
 
     /// The ray that finds whether the surface `s` sees the point of the light sample.
+    ///
+    /// Its direction is rounded, and what it meets is tested in coordinates relative to its
+    /// origin or in another space: at its end both err in proportion to its length. So it ends
+    /// before the light's surface by that error too; else a light shadows itself, the more the
+    /// further away it is for its size. Eight roundings: one of the direction and those of a
+    /// triangle's plane seen from afar (`triangle_point_error`).
     #[inline]
     pub fn shadow_ray(&self, s: &Surface, l: &LightSample) -> Segment {
-        let target = offset_origin(l.p, l.p_error, l.n, s.p - l.p);
+        let back = s.p - l.p;
+        let end_error = l.p_error + Vec3::splat(back.abs().max_component() * gamma(8));
+        let target = offset_origin(l.p, end_error, l.n, back);
         Segment { ray: s.spawn_to(target), t_max: 1.0 }
     }
 

@@ -3,6 +3,7 @@
 use super::InvalidWeights;
 use super::weights::{cell, check, within};
 use kaustika_math::{ONE_MINUS_EPSILON, lerp};
+use std::ops::Range;
 
 /// The density that is constant on each of n equal cells of [0, 1), sampled by inversion, so
 /// that stratified numbers give stratified samples.
@@ -29,8 +30,15 @@ pub(super) fn cumulative(weights: &[f32], sum: f64) -> impl Iterator<Item = f32>
 /// is empty.
 #[inline]
 pub(super) fn search(cdf: &[f32], u: f32) -> (usize, f32) {
+    search_among(cdf, u, 0..cdf.len())
+}
+
+/// As [`search`], where the number of values at most `u` is known to be in `among` or its end.
+#[inline]
+pub(super) fn search_among(cdf: &[f32], u: f32, among: Range<usize>) -> (usize, f32) {
     let u = u.min(ONE_MINUS_EPSILON);
-    let i = cdf.partition_point(|&c| c <= u).clamp(1, cdf.len() - 1) - 1;
+    let at_most = among.start + cdf[among].partition_point(|&c| c <= u);
+    let i = at_most.clamp(1, cdf.len() - 1) - 1;
     let (c0, c1) = (cdf[i], cdf[i + 1]);
     (i, ((u - c0) / (c1 - c0)).min(ONE_MINUS_EPSILON))
 }

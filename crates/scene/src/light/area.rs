@@ -111,12 +111,16 @@ impl AreaLight {
                 let sin2_max = sqr(radius) / dc2;
                 let one_minus_cos_max = one_minus_cos(sin2_max);
                 let local = warp::uniform_cone(u, one_minus_cos_max);
-                let wi = Frame::from_normal(to_center / dc2.sqrt()).to_world(local);
-                // Where the direction meets the sphere.
-                let (dc, cos) = (dc2.sqrt(), local.z);
-                let sin2 = (1.0 - cos) * (1.0 + cos);
-                let d = dc * cos - safe_sqrt(sqr(radius) - dc2 * sin2);
-                let n = ((from + wi * d) - center).normalize();
+                let dc = dc2.sqrt();
+                let frame = Frame::from_normal(to_center / dc);
+                let wi = frame.to_world(local);
+                // Where the direction meets the sphere, seen from its centre; sums of terms of
+                // one sign, since from far away differences would leave little of the radius.
+                let sin2 = sqr(local.x) + sqr(local.y);
+                let half_chord = safe_sqrt(sqr(radius) - dc2 * sin2);
+                let d = dc * local.z - half_chord;
+                let z = -(dc * sin2 + local.z * half_chord);
+                let n = frame.to_world(Vec3::new(d * local.x, d * local.y, z)).normalize();
                 let quadric = &scene.geometry.quadrics[i as usize];
                 let p = center + n * radius;
                 let outward = if quadric.flip { -n } else { n };

@@ -1,10 +1,10 @@
 //! Every light that can be met by chance: sampling it and meeting it agree.
 
 use crate::scenes::*;
-use crate::stats::same;
-use kaustika_math::Vec3;
+use crate::stats::{Random, same};
+use kaustika_math::{Ray, Transform, Vec3};
 use kaustika_scene::description::*;
-use kaustika_spectra::ColorSpace;
+use kaustika_spectra::{ColorSpace, Wavelengths};
 use serde_json::json;
 
 /// Sampling the light, meeting it and both, at two points of the floor.
@@ -47,6 +47,52 @@ fn area_lights() {
             let lamp = stage.lamp(form.clone(), t, 2.0);
             lamp.emission.as_mut().expect("a lamp").two_sided = two_sided;
             techniques_agree(&format!("{what}, two-sided {two_sided}"), &stage);
+        }
+    }
+}
+
+/// However far away for its size, a lamp that all of its light reaches does not shadow itself.
+#[test]
+fn lamps_do_not_shadow_themselves() {
+    let tube = GeometryDesc::Cylinder { radius: 0.5, z_min: -1.0, z_max: 1.0, phi_max: 360.0 };
+    let forms = [
+        ("rectangle", GeometryDesc::Rectangle),
+        ("cube", GeometryDesc::Cube),
+        ("disk", disk(1.0)),
+        ("sphere", sphere(1.0)),
+        ("ellipsoid", sphere(1.0)),
+        ("cylinder", tube),
+    ];
+    let lambda = Wavelengths::rgb();
+    for (what, form) in forms {
+        let mut random = Random::new(5);
+        for i in 0..400 {
+            // Anywhere, turned, stretched by up to 20 and 1/20, seen from 1 to 1000 sizes.
+            let k = random.v3() * 3.0;
+            let k = if what == "sphere" { Vec3::splat(k.x) } else { k };
+            let k = v(k.x.exp(), k.y.exp(), k.z.exp());
+            let center = random.v3() * (5.0 * random.f()).exp();
+            let turn = rotate(360.0 * random.f(), random.v3());
+            let lamp = Transform::translate(center) * turn * scale(k.x, k.y, k.z);
+            let size = k.max_component();
+            let toward = random.v3().normalize();
+            let eye = center + toward * size * 2.0 * (6.0 * random.f()).exp();
+            let mut stage = Stage::new();
+            stage.lamp(form.clone(), lamp, 1.0);
+            let m = stage.diffuse(0.5);
+            let wall = look(eye, center) * scale(0.1 * size, 0.1 * size, 1.0);
+            stage.shape(GeometryDesc::Rectangle, wall, m);
+            let scene = stage.build();
+            let wall = Ray::new(eye - toward * 0.1 * size, toward);
+            let s = scene.intersect(&wall, f32::INFINITY).expect("the wall is there");
+            let lights = scene.lights.len();
+            for j in 0..100 {
+                let light = &scene.lights[j % lights];
+                let Some(l) = light.sample_li(&scene, s.p, random.v2(), &lambda) else { continue };
+                if !l.le.is_black() {
+                    assert!(!scene.occluded(&scene.shadow_ray(&s, &l)), "{what} {i}");
+                }
+            }
         }
     }
 }
