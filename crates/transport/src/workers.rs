@@ -3,8 +3,8 @@
 use crate::method::RenderError;
 use kaustika_film::accumulate::{PassImage, PixelBand};
 use rayon::prelude::*;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// A pool of threads that methods cut their passes over.
 #[derive(Clone, Debug)]
@@ -42,24 +42,32 @@ impl Workers {
     }
 
     /// Fills bands of `rows` rows in parallel and returns what each returned, in order. What is
-    /// computed does not depend on the number of threads.
+    /// computed does not depend on the number of threads: `f` also gets room to work in, made by
+    /// `room` for each thread, in which an earlier band may have left anything.
     ///
     /// # Errors
     /// [`RenderError::Cancelled`] if the flag was raised meanwhile; the image is then useless.
-    pub fn bands<T: Send>(
+    pub fn bands<S: Send, T: Send>(
         &self,
         image: &mut PassImage,
         rows: u32,
-        f: impl Fn(&mut PixelBand) -> T + Sync,
+        room: impl Fn() -> S + Sync,
+        f: impl Fn(&mut S, &mut PixelBand) -> T + Sync,
     ) -> Result<Vec<T>, RenderError> {
         let bands = image.bands(rows);
-        let results: Vec<Option<T>> = self.pool.install(|| {
-            bands
-                .into_par_iter()
-                .with_max_len(1)
-                .map(|mut band| (!self.cancelled()).then(|| f(&mut band)))
-                .collect()
-        });
+        let rooms = Mutex::new(Vec::new());
+        let free = || rooms.lock().unwrap_or_else(PoisonError::into_inner);
+        let fill = |mut band: PixelBand| {
+            if self.cancelled() {
+                return None;
+            }
+            let mut mine = free().pop().unwrap_or_else(&room);
+            let result = f(&mut mine, &mut band);
+            free().push(mine);
+            Some(result)
+        };
+        let results: Vec<Option<T>> =
+            self.pool.install(|| bands.into_par_iter().with_max_len(1).map(fill).collect());
         results.into_iter().collect::<Option<Vec<T>>>().ok_or(RenderError::Cancelled)
     }
 }

@@ -67,12 +67,12 @@ enum Source<'a> {
     Sobol(Sobol),
     ZSobol(ZSobol),
     Pmj02(Pmj02<'a>),
-    Primary(&'a mut dyn PrimarySample),
+    Primary(&'a mut (dyn PrimarySample + Send)),
 }
 
 impl<'a> Sampler<'a> {
     /// A sampler that draws from a Markov chain's state.
-    pub fn from_primary(chain: &'a mut dyn PrimarySample) -> Self {
+    pub fn from_primary(chain: &'a mut (dyn PrimarySample + Send)) -> Self {
         Sampler { dimension: 0, source: Source::Primary(chain) }
     }
 

@@ -5,9 +5,9 @@ use crate::Scene;
 use crate::light::{AreaLight, AreaShape, FEW_LIGHTS, Light};
 use crate::shape::TriangleStore;
 use arrayvec::ArrayVec;
-use kaustika_math::Vec3;
 use kaustika_math::lanes::{LANES, Lanes, Vec3s, is_finite, offset_by, triangle};
 use kaustika_math::ray::triangle_point_error;
+use kaustika_math::{Vec3, gamma};
 use kaustika_sampling::distribution::Discrete;
 use kaustika_spectra::{ColorMode, Spectrum, Wavelengths};
 
@@ -90,7 +90,7 @@ impl Lamps {
         let sound = shines & is_finite(pdf_w) & d2.simd_gt(zero);
         LampSamples {
             wi,
-            target: offset_by(q, self.pick(which, |l| l.reach), n, -to_lamp),
+            target: shadow_end(p, q, self.pick(which, |l| l.reach), n),
             pdf_w: sound.select(pdf_w, zero),
             le: [0, 1, 2, 3].map(|k| self.pick(which, |l| l.le.0[k])),
         }
@@ -114,6 +114,17 @@ impl Lamps {
             z: self.pick(which, |l| of(l).z),
         }
     }
+}
+
+/// Where rays from `from` to points `p` of lights end: the twin of [`Scene::shadow_ray`]'s end.
+/// `reach` says how far along the lights' normals `n` the rounding errors of the points reach.
+#[inline(always)]
+pub fn shadow_end(from: Vec3s, p: Vec3s, reach: Lanes, n: Vec3s) -> Vec3s {
+    let back = from - p;
+    let (length, size) = (back.abs(), n.abs());
+    let length = length.x.fast_max(length.y).fast_max(length.z);
+    let along = (size.x + size.y + size.z) * Lanes::splat(gamma(8));
+    offset_by(p, length.mul_add(along, reach), n, back)
 }
 
 impl Lamp {

@@ -10,5 +10,5 @@ mod plain;
 
 pub use coat::{Coat, Coats, SeenCoats};
 pub use hits::{SurfaceHits, Surfaces};
-pub use lamps::{LampSamples, Lamps};
+pub use lamps::{LampSamples, Lamps, shadow_end};
 pub use plain::Plain;

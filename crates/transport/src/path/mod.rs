@@ -35,8 +35,15 @@ pub static INFO: MethodInfo = MethodInfo {
     source: "Kajiya 1986; Veach 1997, ch. 9",
 };
 
-/// Rows of a chunk: small enough to share out, large enough to be worth it.
-const ROWS: u32 = 4;
+/// Samples of a chunk: several waves of paths.
+const CHUNK: u32 = 8192;
+/// Chunks of a pass at least, to be shared out.
+const CHUNKS: u32 = 16;
+
+/// Rows of a chunk. They depend on the picture alone.
+fn rows([width, height]: [u32; 2]) -> u32 {
+    CHUNK.div_ceil(width).min(height.div_ceil(CHUNKS)).max(1)
+}
 
 /// The path tracer.
 #[derive(Debug)]
@@ -72,9 +79,10 @@ impl Method for PathTracer {
         workers: &Workers,
     ) -> Result<Commit, RenderError> {
         let integrator = Integrator::new(scene, frame, &self.params);
-        let bands = workers.bands(out, ROWS, |band| match self.alone {
+        let rows = rows(frame.size());
+        let bands = workers.bands(out, rows, Wave::new, |wave, band| match self.alone {
             true => trace_alone(&integrator, index, band),
-            false => Wave::new().trace(&integrator, index, band),
+            false => wave.trace(&integrator, index, band),
         })?;
         let mut stats = PassStats::default();
         bands.into_iter().for_each(|s| stats += s);

@@ -4,10 +4,10 @@
 use super::integrate::Integrator;
 use super::pack::Pack;
 use crate::roulette::WalkStates;
-use kaustika_math::lanes::{LANES, Lanes, Row, Vec3s, cosine_hemisphere, mask_of, offset_by};
+use kaustika_math::lanes::{LANES, Lanes, Row, Vec3s, cosine_hemisphere, mask_of};
 use kaustika_math::{INV_PI, Vec2, Vec3};
 use kaustika_sampling::sampler::VERTEX_NUMBERS;
-use kaustika_scene::lanes::{Coats, LampSamples, Plain, SurfaceHits, Surfaces};
+use kaustika_scene::lanes::{Coats, LampSamples, Plain, SurfaceHits, Surfaces, shadow_end};
 use kaustika_spectra::{Spectrum, Wavelengths};
 
 /// What the rays of a pack met, where it is plain.
@@ -232,7 +232,7 @@ impl Integrator<'_> {
         let n = Vec3s { x: nx, y: ny, z: nz };
         let sample = LampSamples {
             wi: Vec3s { x: wx, y: wy, z: wz },
-            target: offset_by(at, reach, n, s.p - at),
+            target: shadow_end(s.p, at, reach, n),
             pdf_w,
             le: [r, g, b, w],
         };

@@ -21,7 +21,7 @@ use kaustika_scene::{Hit, Primitive, RayBatch, Segment};
 use kaustika_spectra::{Spectrum, Wavelengths};
 
 /// Paths of a wave: enough rays for a batch, few enough for the cache.
-const PATHS: usize = 1024;
+const PATHS: usize = 4096;
 
 /// Whose sample a path is.
 #[derive(Clone, Copy, Debug)]
@@ -180,7 +180,8 @@ impl<'a> Wave<'a> {
         let pack = &mut self.packs[i / LANES];
         let mut walk = pack.get(i, self.segments[i], self.lambdas[i]);
         let (sampler, record) = (&mut self.samplers[i], self.records.get_mut(i));
-        let vertex = integrator.vertex(&mut walk, sampler, Some(hit), &mut self.bsdf, record, stats);
+        let vertex =
+            integrator.vertex(&mut walk, sampler, Some(hit), &mut self.bsdf, record, stats);
         pack.set(i, &walk);
         self.segments[i] = walk.segment;
         self.lambdas[i] = walk.lambda;
