@@ -127,6 +127,7 @@ impl Scene {
             lights: gathered.lights,
             environments: Vec::new(),
             light_selection: LightSelection::default(),
+            learns_lights: false,
             camera,
             mode: options.mode,
             center,
@@ -150,6 +151,7 @@ impl Scene {
         });
         let kind = kind.unwrap_or_else(|| LightSelectionKind::for_lights(&scene.lights));
         scene.light_selection = LightSelection::new(kind, &scene);
+        scene.learns_lights = kind == LightSelectionKind::Learned;
         Ok(scene)
     }
 

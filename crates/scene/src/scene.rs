@@ -44,6 +44,8 @@ pub struct Scene {
     pub environments: Vec<LightId>,
     /// How a light is chosen.
     pub light_selection: LightSelection,
+    /// True if methods should learn how to choose lights.
+    pub learns_lights: bool,
     /// The camera.
     pub camera: Camera,
     /// What the lanes of a spectrum mean.

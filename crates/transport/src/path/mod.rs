@@ -14,12 +14,13 @@ pub use params::{PathParams, parameters};
 
 use self::wave::Wave;
 use crate::frame::Frame;
+use crate::lights;
 use crate::method::{
     Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule,
 };
 use crate::workers::Workers;
 use kaustika_film::accumulate::PassImage;
-use kaustika_scene::Scene;
+use kaustika_scene::{LightSelection, Scene};
 
 /// What the path tracer is.
 pub static INFO: MethodInfo = MethodInfo {
@@ -40,12 +41,14 @@ const ROWS: u32 = 4;
 pub struct PathTracer {
     params: PathParams,
     side_by_side: Option<bool>,
+    /// How lights are chosen, if that was learned.
+    lights: Option<LightSelection>,
 }
 
 impl PathTracer {
     /// With these parameters.
     pub fn new(params: PathParams) -> PathTracer {
-        PathTracer { params, side_by_side: None }
+        PathTracer { params, side_by_side: None, lights: None }
     }
 
     /// Whether paths are traced side by side or one after the other, instead of what suits the
@@ -60,6 +63,18 @@ impl Method for PathTracer {
         &INFO
     }
 
+    fn prepare(
+        &mut self,
+        scene: &Scene,
+        frame: &Frame,
+        workers: &Workers,
+    ) -> Result<(), RenderError> {
+        if self.params.mis.samples_lights() {
+            self.lights = lights::learn(scene, frame, self.params.max_bounces(), workers);
+        }
+        Ok(())
+    }
+
     fn pass(
         &mut self,
         index: u64,
@@ -68,7 +83,8 @@ impl Method for PathTracer {
         out: &mut PassImage,
         workers: &Workers,
     ) -> Result<Commit, RenderError> {
-        let integrator = Integrator::new(scene, frame, &self.params);
+        let lights = self.lights.as_ref().unwrap_or(&scene.light_selection);
+        let integrator = Integrator::new(scene, frame, &self.params).with_lights(lights);
         let side_by_side = self.side_by_side.unwrap_or(scene.geometry.outgrows_caches());
         let bands = workers
             .bands(out, ROWS, |band| Wave::new(side_by_side).trace(&integrator, index, band))?;
