@@ -246,9 +246,9 @@ fn light_sample(bencher: Bencher, selection: &str) {
         let sample = |u: &[f32]| {
             let p = Vec3::new(18.0 * u[0] - 9.0, 18.0 * u[1] - 9.0, 0.0);
             let u2 = Vec2::new(u[3], u[4]);
-            let (light, pmf, u2) = scene.light_selection.sample(p, Vec3::Z, u[2], u2)?;
-            let sample = scene.light(light).sample_li(&scene, p, u2, &lambda)?;
-            Some(pmf * sample.pdf_w)
+            let c = scene.light_selection.sample(p, Vec3::Z, u[2], u2)?;
+            let sample = scene.light(c.light).sample_li(&scene, p, c.u, &lambda)?;
+            Some(c.p * sample.pdf_w)
         };
         u.chunks(5).filter_map(sample).sum::<f32>()
     });

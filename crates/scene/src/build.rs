@@ -130,6 +130,7 @@ impl Scene {
             light_selection: LightSelection::default(),
             plains: Vec::new(),
             lamps: None,
+            learns_lights: false,
             camera,
             mode: options.mode,
             center,
@@ -156,6 +157,7 @@ impl Scene {
         scene.lamps = Lamps::of(&scene);
         let plain = |s| Plain::of(s, &scene.materials, &scene.textures, scene.mode);
         scene.plains = scene.shapes.iter().map(plain).collect();
+        scene.learns_lights = kind == LightSelectionKind::Learned;
         Ok(scene)
     }
 

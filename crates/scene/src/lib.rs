@@ -27,7 +27,8 @@ pub use error::BuildError;
 pub use geometry::{Geometry, Hit, Primitive};
 pub use kaustika_accel::Segment;
 pub use light::{
-    AreaLight, AreaShape, EmittedRay, Light, LightSample, LightSelection, LightSelectionKind,
+    AreaLight, AreaShape, EmittedRay, Escaped, LearnedLights, Light, LightChoice, LightSample,
+    LightSelection, LightSelectionKind, ShadingPoint,
 };
 pub use material::Materials;
 pub use scene::{Scene, ShapeInfo};

@@ -49,6 +49,8 @@ pub struct Scene {
     pub plains: Vec<Option<Plain>>,
     /// All lights, if they are a few simple lamps.
     pub lamps: Option<Lamps>,
+    /// True if methods should learn how to choose lights.
+    pub learns_lights: bool,
     /// The camera.
     pub camera: Camera,
     /// What the lanes of a spectrum mean.

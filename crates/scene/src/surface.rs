@@ -43,6 +43,12 @@ pub struct Surface {
 }
 
 impl Surface {
+    /// The geometric normal on the side of `w`.
+    #[inline]
+    pub fn facing(&self, w: Vec3) -> Vec3 {
+        if self.ng.dot(w) < 0.0 { -self.ng } else { self.ng }
+    }
+
     /// A ray from here along `d`, safe from meeting this surface again.
     #[inline]
     pub fn spawn(&self, d: Vec3) -> Ray {

@@ -5,6 +5,7 @@
 //! no other method's insides.
 
 pub mod frame;
+pub mod lights;
 pub mod method;
 pub mod path;
 pub mod registry;

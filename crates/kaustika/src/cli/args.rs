@@ -106,7 +106,7 @@ pub struct RenderArgs {
     /// Reconstruction filter: box, tent, gaussian, mitchell, catmull-rom, lanczos
     #[arg(long, value_name = "FILTER[:RADIUS]")]
     pub filter: Option<FilterDesc>,
-    /// How lights are chosen: uniform, power, bvh
+    /// How lights are chosen: uniform, power, bvh, learned
     #[arg(long, value_name = "KIND")]
     pub light_sampler: Option<LightSelectionKind>,
     /// Feature layers: albedo, normal, ..., or all

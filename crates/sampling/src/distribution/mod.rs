@@ -12,6 +12,7 @@ mod inversion;
 mod linear;
 mod rejection;
 mod reservoir;
+pub mod shares;
 mod tiled;
 mod weights;
 

@@ -1,8 +1,9 @@
 //! Piecewise constant densities on large grids, sampled within a few cache lines.
 
 use super::InvalidWeights;
+use super::shares::{choose, fill_starts, share};
 use super::weights::check;
-use kaustika_math::{ONE_MINUS_EPSILON, Vec2};
+use kaustika_math::Vec2;
 
 /// Cells along a side of a tile.
 const SIDE: usize = 8;
@@ -120,9 +121,9 @@ impl Tiled2D {
         Ok(Tiled2D { region_size, regions, tiles, outer, inner, cells })
     }
 
-    /// Number of regions, numbered row by row.
-    pub fn regions(&self) -> usize {
-        self.regions[0] * self.regions[1]
+    /// Columns and rows of regions, which are numbered row by row.
+    pub fn regions(&self) -> [usize; 2] {
+        self.regions
     }
 
     /// The region that a cell lies in.
@@ -232,43 +233,10 @@ impl Tile {
     }
 }
 
-/// Where the shares of the weights begin that divide `units` among them: one unit for each
-/// positive weight, the others in proportion. All zero if no weight is positive.
-fn fill_starts(weights: &[f64], units: u32, mut set: impl FnMut(usize, u32)) {
-    let positive = weights.iter().filter(|&&w| w > 0.0).count() as u32;
-    let sum: f64 = weights.iter().sum();
-    let (mut before, mut count) = (0.0, 0);
-    for (i, &w) in weights.iter().enumerate() {
-        let proportional = if sum > 0.0 { before / sum * f64::from(units - positive) } else { 0.0 };
-        set(i, (count + proportional.round() as u32).min(units));
-        before += w;
-        count += u32::from(w > 0.0);
-    }
-}
-
-/// The last share that begins at or before `u`, what is left of `u`, and the share.
-#[inline]
-fn choose<T: Copy + Into<u32>>(starts: &[T], units: u32, u: f32) -> (usize, f32, f32) {
-    let at = u * units as f32;
-    let unit = (at as u32).min(units - 1);
-    // An empty share begins where the next does.
-    let i = starts.iter().map(|&s| usize::from(s.into() <= unit)).sum::<usize>() - 1;
-    let (start, p) = (starts[i].into(), share(starts, units, i));
-    let rest = (at - start as f32) / (p * units as f32);
-    (i, rest.min(ONE_MINUS_EPSILON), p)
-}
-
-/// The share that begins at `starts[i]`, as a probability.
-#[inline]
-fn share<T: Copy + Into<u32>>(starts: &[T], units: u32, i: usize) -> f32 {
-    let end = starts.get(i + 1).map_or(units, |&s| s.into());
-    (end - starts[i].into()) as f32 / units as f32
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use kaustika_math::mix_bits;
+    use kaustika_math::{ONE_MINUS_EPSILON, mix_bits};
 
     /// In [0, 1), by number.
     fn uniform(k: usize) -> f32 {
@@ -298,7 +266,7 @@ mod tests {
                 let cell = |k: usize| [k % w, k / w];
                 let total: f64 = (0..w * h).map(|k| f64::from(d.pmf(cell(k)))).sum();
                 assert!((total - 1.0).abs() < 1e-5, "{w} x {h}: {total}");
-                let mut of_regions = vec![0.0; d.regions()];
+                let mut of_regions = vec![0.0; d.regions()[0] * d.regions()[1]];
                 for (k, &weight) in weights.iter().enumerate() {
                     let p = f64::from(d.pmf(cell(k)));
                     let exact = f64::from(weight) / sum;
@@ -338,7 +306,9 @@ mod tests {
             }
             // What is left is uniform: its mean's error is at most 0.29/64.
             assert!((mean - Vec2::splat(0.5)).length() < 0.02, "{w} x {h}: {mean:?}");
-            for (r, u) in (0..d.regions()).flat_map(|r| [(r, Vec2::ZERO), (r, Vec2::splat(0.7))]) {
+            for (r, u) in (0..d.regions()[0] * d.regions()[1])
+                .flat_map(|r| [(r, Vec2::ZERO), (r, Vec2::splat(0.7))])
+            {
                 if d.region_pmf(r) > 0.0 {
                     let s = d.sample_in(r, u);
                     assert_eq!((d.region_of(s.cell), s.pmf), (r, d.pmf_in(s.cell)));

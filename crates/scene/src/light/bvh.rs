@@ -51,6 +51,13 @@ impl LightBounds {
     }
 }
 
+/// A part of the tree: a node and all below it.
+#[derive(Clone, Copy, Debug)]
+pub struct Branch {
+    place: Place,
+    content: Content,
+}
+
 /// The hierarchy: its inner nodes, each as the pair of its children, the root's first.
 #[derive(Debug, Default)]
 pub struct LightBvh {
@@ -102,11 +109,16 @@ impl LightBvh {
     /// A light for the point `p` with normal `n` (zero where there is none), and its
     /// probability; `u` in [0, 1). `None` only if the tree is empty.
     pub fn sample(&self, p: Vec3, n: Vec3, u: f32) -> Option<(LightId, f32)> {
-        let mut at = self.root?;
+        Some(self.sample_branch(Branch { place: Place::ROOT, content: self.root? }, p, n, u))
+    }
+
+    /// As [`LightBvh::sample`] among the lights of a branch.
+    pub fn sample_branch(&self, branch: Branch, p: Vec3, n: Vec3, u: f32) -> (LightId, f32) {
+        let mut at = branch.content;
         let (mut u, mut pmf) = (u, 1.0);
         loop {
             match at {
-                Content::Light(id) => return Some((id, pmf)),
+                Content::Light(id) => return (id, pmf),
                 Content::Pair(pair) => {
                     let pair = &self.pairs[pair as usize];
                     let q = pair.first_share(p, n);
@@ -127,15 +139,54 @@ impl LightBvh {
 
     /// Probability of [`LightBvh::sample`] choosing `light` for the same point.
     pub fn pmf(&self, p: Vec3, n: Vec3, light: LightId) -> f32 {
+        let Some(root) = self.root else { return 0.0 };
+        self.pmf_in_branch(Branch { place: Place::ROOT, content: root }, p, n, light)
+    }
+
+    /// Probability of [`LightBvh::sample_branch`] choosing `light`, which is one of the branch.
+    pub fn pmf_in_branch(&self, branch: Branch, p: Vec3, n: Vec3, light: LightId) -> f32 {
         let Some(&Some(mut at)) = self.places.get(light.0 as usize) else { return 0.0 };
         let mut pmf = 1.0;
-        while let Some(pair) = at.pair() {
+        while let (Some(pair), true) = (at.pair(), at != branch.place) {
             let pair = &self.pairs[pair as usize];
             let q = pair.first_share(p, n);
             pmf *= if at.side() == 0 { q } else { 1.0 - q };
             at = pair.place;
         }
         pmf
+    }
+
+    /// The tree cut into branches, at most `most` ≥ 1: the brightest is halved again and again.
+    pub fn branches(&self, most: usize) -> Vec<Branch> {
+        let Some(root) = self.root else { return Vec::new() };
+        let mut branches = vec![(f32::INFINITY, Branch { place: Place::ROOT, content: root })];
+        while branches.len() < most {
+            let inner = branches.iter().enumerate().filter_map(|(i, (intensity, branch))| {
+                match branch.content {
+                    Content::Pair(pair) => Some((*intensity, i, pair)),
+                    Content::Light(_) => None,
+                }
+            });
+            let Some((_, i, pair)) = inner.max_by(|a, b| a.0.total_cmp(&b.0)) else { break };
+            branches.swap_remove(i);
+            let children = &self.pairs[pair as usize];
+            branches.extend([0, 1].map(|side| {
+                let place = Place::new(pair, side as u32);
+                (children.intensity[side], Branch { place, content: children.contents[side] })
+            }));
+        }
+        branches.into_iter().map(|(_, branch)| branch).collect()
+    }
+
+    /// Which of the branches a light is in; `None` if it is not in the tree.
+    pub fn branch_of(&self, branches: &[Branch], light: LightId) -> Option<usize> {
+        let mut at = self.places.get(light.0 as usize).copied().flatten()?;
+        loop {
+            if let Some(i) = branches.iter().position(|b| b.place == at) {
+                return Some(i);
+            }
+            at = self.pairs[at.pair()? as usize].place;
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Light from everywhere: constant, or an image around the scene.
 
 use super::sky::Sky;
-use super::{EmittedRay, LightSample};
+use super::{EmittedRay, Escaped, LightSample};
 use crate::Scene;
 use crate::description::EnvironmentLayout;
 use crate::texture::{ImageMap, uplift};
@@ -20,6 +20,24 @@ pub struct Environment {
 enum Source {
     Constant(CompiledSpectrum),
     Image(Box<Sky>),
+}
+
+/// Regions of a constant environment along cos θ and φ, of the same solid angle.
+const REGIONS: [f32; 2] = [16.0, 32.0];
+
+/// Numbers with which [`warp::uniform_sphere`] gives a direction of a region.
+fn in_region(region: u32, u: Vec2) -> Vec2 {
+    let columns = REGIONS[1] as u32;
+    let (i, j) = ((region / columns) as f32, (region % columns) as f32);
+    Vec2::new((i + u.x) / REGIONS[0], (j + u.y) / REGIONS[1])
+}
+
+/// The region of a direction: the numbers that [`warp::uniform_sphere`] would have needed.
+fn region_of_sphere(d: Vec3) -> u32 {
+    let turns = d.y.atan2(d.x) / (2.0 * PI);
+    let cell = |u: f32, n: f32| (u * n).clamp(0.0, n - 1.0) as u32;
+    let i = cell(0.5 * (1.0 - d.z), REGIONS[0]);
+    i * REGIONS[1] as u32 + cell(turns - turns.floor(), REGIONS[1])
 }
 
 impl Environment {
@@ -58,27 +76,59 @@ impl Environment {
         self.scale * PI * sum / (N * N) as f32
     }
 
-    /// Radiance arriving along a ray of direction `wi` that met nothing, and the density per
-    /// solid angle of [`Environment::sample_li`] choosing it.
+    /// What a ray of direction `wi` that met nothing finds.
     #[inline]
-    pub fn escaped(&self, wi: Vec3, lambda: &Wavelengths) -> (Spectrum, f32) {
-        match &self.source {
-            Source::Constant(l) => (l.eval(lambda) * self.scale, warp::UNIFORM_SPHERE_PDF_W),
-            Source::Image(sky) => {
-                let (rgb, pdf_w) = sky.escaped(wi);
-                (uplift(SpectrumRole::Illuminant, rgb, lambda) * self.scale, pdf_w)
+    pub fn escaped(&self, wi: Vec3, lambda: &Wavelengths) -> Escaped {
+        let (le, pdf_li, region) = match &self.source {
+            Source::Constant(l) => {
+                (l.eval(lambda), warp::UNIFORM_SPHERE_PDF_W, region_of_sphere(wi))
             }
+            Source::Image(sky) => {
+                let (rgb, pdf_w, region) = sky.escaped(wi);
+                (uplift(SpectrumRole::Illuminant, rgb, lambda), pdf_w, region)
+            }
+        };
+        Escaped { le: le * self.scale, pdf_li, region }
+    }
+
+    /// Columns and rows of regions, parts of the sphere that can be sampled alone; they are
+    /// numbered row by row, and the last of a row is beside the first.
+    pub fn regions(&self) -> [u32; 2] {
+        match &self.source {
+            Source::Constant(_) => [REGIONS[1] as u32, REGIONS[0] as u32],
+            Source::Image(sky) => sky.regions().map(|n| n as u32),
         }
     }
 
-    /// A direction, its density and the radiance from there.
-    fn sample(&self, u: Vec2, lambda: &Wavelengths) -> Option<(Vec3, f32, Spectrum)> {
+    /// Probability of [`Environment::sample_li`] choosing a direction of a region.
+    #[inline]
+    pub fn region_pmf(&self, region: u32) -> f32 {
+        match &self.source {
+            Source::Constant(_) => 1.0 / (REGIONS[0] * REGIONS[1]),
+            Source::Image(sky) => sky.region_pmf(region),
+        }
+    }
+
+    /// A direction, of one region if that is given, its density (within the region) and the
+    /// radiance from there.
+    fn sample(
+        &self,
+        region: Option<u32>,
+        u: Vec2,
+        lambda: &Wavelengths,
+    ) -> Option<(Vec3, f32, Spectrum)> {
         let (wi, pdf_w, le) = match &self.source {
             Source::Constant(l) => {
-                (warp::uniform_sphere(u), warp::UNIFORM_SPHERE_PDF_W, l.eval(lambda))
+                let (u, pdf_w) = match region {
+                    Some(region) => {
+                        (in_region(region, u), REGIONS[0] * REGIONS[1] * warp::UNIFORM_SPHERE_PDF_W)
+                    }
+                    None => (u, warp::UNIFORM_SPHERE_PDF_W),
+                };
+                (warp::uniform_sphere(u), pdf_w, l.eval(lambda))
             }
             Source::Image(sky) => {
-                let (wi, pdf_w, rgb) = sky.sample(u)?;
+                let (wi, pdf_w, rgb) = sky.sample(region, u)?;
                 (wi, pdf_w, uplift(SpectrumRole::Illuminant, rgb, lambda))
             }
         };
@@ -89,10 +139,11 @@ impl Environment {
         &self,
         scene: &Scene,
         from: Vec3,
+        region: Option<u32>,
         u: Vec2,
         lambda: &Wavelengths,
     ) -> Option<LightSample> {
-        let (wi, pdf_w, le) = self.sample(u, lambda)?;
+        let (wi, pdf_w, le) = self.sample(region, u, lambda)?;
         Some(LightSample {
             wi,
             p: from + wi * (2.0 * scene.radius + (from - scene.center).length()),
@@ -113,7 +164,7 @@ impl Environment {
         v: Vec2,
         lambda: &Wavelengths,
     ) -> Option<EmittedRay> {
-        let (from, pdf_w, le) = self.sample(v, lambda)?;
+        let (from, pdf_w, le) = self.sample(None, v, lambda)?;
         let w = -from;
         let (s, t) = w.coordinate_system();
         let d = warp::disk(u) * scene.radius;
@@ -123,7 +174,7 @@ impl Environment {
     }
 
     pub(super) fn pdf_le(&self, scene: &Scene, _: Vec3, _: Vec3, w: Vec3) -> (f32, f32) {
-        (INV_PI / (scene.radius * scene.radius), self.escaped(-w, &Wavelengths::rgb()).1)
+        (INV_PI / (scene.radius * scene.radius), self.escaped(-w, &Wavelengths::rgb()).pdf_li)
     }
 
     pub(super) fn power(&self, scene: &Scene, lambda: &Wavelengths) -> Spectrum {
@@ -171,12 +222,12 @@ mod tests {
             for i in 0..n * n {
                 let u = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
                 let d = warp::uniform_sphere(u);
-                let (le, pdf_w) = light.escaped(d, &lambda);
-                integral += (pdf_w * 4.0 * PI) as f64;
-                direct += (le.0[0] * 4.0 * PI) as f64;
-                if let Some((d, pdf, le)) = light.sample(u, &lambda) {
-                    let (found, pdf_w) = light.escaped(d, &lambda);
-                    assert!((pdf_w / pdf - 1.0).abs() < 2e-2 || pdf < 1e-3, "{u:?}");
+                let escaped = light.escaped(d, &lambda);
+                integral += (escaped.pdf_li * 4.0 * PI) as f64;
+                direct += (escaped.le.0[0] * 4.0 * PI) as f64;
+                if let Some((d, pdf, le)) = light.sample(None, u, &lambda) {
+                    let Escaped { le: found, pdf_li, .. } = light.escaped(d, &lambda);
+                    assert!((pdf_li / pdf - 1.0).abs() < 2e-2 || pdf < 1e-3, "{u:?}");
                     assert!((le.0[0] / found.0[0] - 1.0).abs() < 1e-3, "{u:?} {le:?} {found:?}");
                     sampled += (le.0[0] / pdf) as f64;
                 }

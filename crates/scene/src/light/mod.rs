@@ -12,6 +12,7 @@ mod build;
 mod bvh;
 mod cone;
 mod environment;
+mod learned;
 mod pair;
 mod point;
 mod selection;
@@ -20,9 +21,10 @@ mod texels;
 
 pub use area::{AreaLight, AreaShape};
 pub use environment::Environment;
+pub use learned::{LearnedLights, ShadingPoint};
 pub use point::{Directional, Goniometric, Point, Projection, Spot};
 pub(crate) use selection::FEW_LIGHTS;
-pub use selection::{LightSelection, LightSelectionKind, mean_power};
+pub use selection::{LightChoice, LightSelection, LightSelectionKind, mean_power};
 
 use crate::Scene;
 use crate::surface::Surface;
@@ -48,6 +50,17 @@ pub struct LightSample {
     pub le: Spectrum,
     /// True if BSDF sampling can never find it.
     pub delta: bool,
+}
+
+/// What a ray that left the scene finds of a light.
+#[derive(Clone, Copy, Debug)]
+pub struct Escaped {
+    /// Radiance arriving along the ray.
+    pub le: Spectrum,
+    /// Density per solid angle of [`Light::sample_li`] choosing its direction.
+    pub pdf_li: f32,
+    /// The region of the environment that the direction lies in.
+    pub region: u32,
 }
 
 /// A ray leaving a light.
@@ -110,7 +123,29 @@ impl Light {
         u: Vec2,
         lambda: &Wavelengths,
     ) -> Option<LightSample> {
-        each_light!(self, l => l.sample_li(scene, from, u, lambda))
+        self.sample_li_in(scene, from, None, u, lambda)
+    }
+
+    /// As [`Light::sample_li`], of an environment's region if one is given; the density is then
+    /// that within the region.
+    #[inline]
+    pub fn sample_li_in(
+        &self,
+        scene: &Scene,
+        from: Vec3,
+        region: Option<u32>,
+        u: Vec2,
+        lambda: &Wavelengths,
+    ) -> Option<LightSample> {
+        match self {
+            Light::Area(l) => l.sample_li(scene, from, u, lambda),
+            Light::Point(l) => l.sample_li(scene, from, u, lambda),
+            Light::Spot(l) => l.sample_li(scene, from, u, lambda),
+            Light::Directional(l) => l.sample_li(scene, from, u, lambda),
+            Light::Environment(l) => l.sample_li(scene, from, region, u, lambda),
+            Light::Projection(l) => l.sample_li(scene, from, u, lambda),
+            Light::Goniometric(l) => l.sample_li(scene, from, u, lambda),
+        }
     }
 
     /// A ray that leaves the light.
@@ -155,26 +190,13 @@ impl Light {
         }
     }
 
-    /// Radiance arriving along a ray with direction `wi` that left the scene, and the density
-    /// per solid angle of [`Light::sample_li`] choosing that direction.
+    /// What a ray with direction `wi` that left the scene finds of this light.
     #[inline]
-    pub fn escaped(&self, wi: Vec3, lambda: &Wavelengths) -> (Spectrum, f32) {
+    pub fn escaped(&self, wi: Vec3, lambda: &Wavelengths) -> Escaped {
         match self {
             Light::Environment(l) => l.escaped(wi, lambda),
-            _ => (Spectrum::ZERO, 0.0),
+            _ => Escaped { le: Spectrum::ZERO, pdf_li: 0.0, region: 0 },
         }
-    }
-
-    /// The radiance of [`Light::escaped`] alone.
-    #[inline]
-    pub fn le_escaped(&self, wi: Vec3, lambda: &Wavelengths) -> Spectrum {
-        self.escaped(wi, lambda).0
-    }
-
-    /// The density of [`Light::escaped`] alone.
-    #[inline]
-    pub fn pdf_li_escaped(&self, wi: Vec3) -> f32 {
-        self.escaped(wi, &Wavelengths::rgb()).1
     }
 
     /// Density per solid angle of [`Light::sample_li`] from `from` choosing the direction `wi`

@@ -63,7 +63,7 @@ pub(super) struct Pair {
     cos_cone: [f32; 2],
     sin_cone: [f32; 2],
     cos_emission: [f32; 2],
-    intensity: [f32; 2],
+    pub intensity: [f32; 2],
     /// The importance of either within its sphere.
     within: [f32; 2],
     /// What each of the two leads to.

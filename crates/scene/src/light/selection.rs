@@ -1,6 +1,6 @@
 //! Which light to sample: uniformly, by power, or by a hierarchy over position and direction.
 
-use super::{Light, LightBvh};
+use super::{LearnedLights, Light, LightBvh};
 use crate::Scene;
 use crate::surface::LightId;
 use kaustika_math::{ONE_MINUS_EPSILON, Vec2, Vec3};
@@ -17,6 +17,8 @@ pub enum LightSelectionKind {
     Power,
     /// By a hierarchy of lights, in proportion to what may arrive at the point.
     Bvh,
+    /// By what was learned of each part of the scene; by the hierarchy until a method learns it.
+    Learned,
 }
 
 /// With at most this many lights near each other the hierarchy costs more than it gains: the
@@ -43,9 +45,23 @@ impl FromStr for LightSelectionKind {
             "uniform" => Ok(LightSelectionKind::Uniform),
             "power" => Ok(LightSelectionKind::Power),
             "bvh" => Ok(LightSelectionKind::Bvh),
-            _ => Err(format!("unknown light sampler `{s}`; known: uniform, power, bvh")),
+            "learned" => Ok(LightSelectionKind::Learned),
+            _ => Err(format!("unknown light sampler `{s}`; known: uniform, power, bvh, learned")),
         }
     }
+}
+
+/// A light that was chosen.
+#[derive(Clone, Copy, Debug)]
+pub struct LightChoice {
+    /// Which.
+    pub light: LightId,
+    /// Which region of it, if only that is to be sampled.
+    pub region: Option<u32>,
+    /// Probability of the light, or of the region.
+    pub p: f32,
+    /// Uniform numbers for a point of it, in [0, 1)².
+    pub u: Vec2,
 }
 
 /// Chooses lights; built once a scene.
@@ -60,6 +76,7 @@ enum Selection {
     /// The same everywhere.
     Table(Discrete),
     Hierarchy(Hierarchy),
+    Learned(Box<LearnedLights>),
 }
 
 /// Lights at infinity beside a tree of the others.
@@ -83,7 +100,7 @@ impl LightSelection {
             LightSelectionKind::Power => {
                 scene.lights.iter().map(|l| mean_power(l, scene)).collect()
             }
-            LightSelectionKind::Bvh => {
+            LightSelectionKind::Bvh | LightSelectionKind::Learned => {
                 return LightSelection(Selection::Hierarchy(Hierarchy::new(scene)));
             }
         };
@@ -92,30 +109,37 @@ impl LightSelection {
         LightSelection(table.map_or(Selection::Dark, Selection::Table))
     }
 
-    /// A light for the scene point `p` with normal `n` (zero where there is none), its
-    /// probability, and uniform numbers for a point of it; `None` if there is no light.
+    /// By what was learned.
+    pub fn learned(lights: LearnedLights) -> LightSelection {
+        LightSelection(Selection::Learned(Box::new(lights)))
+    }
+
+    /// A light for the scene point `p` with normal `n` on the side of interest (zero where there
+    /// is none); `None` if there is no light.
     ///
-    /// A table of few lights takes the choice out of `u2` and returns what it leaves, so that the points of few
-    /// lights, as of the two triangles of a rectangle, are stratified together; otherwise
-    /// `u` is spent.
+    /// A table of few lights takes the choice out of `u2` and returns what it leaves, so that
+    /// the points of few lights, as of the two triangles of a rectangle, are stratified
+    /// together; otherwise `u` is spent.
     #[inline]
-    pub fn sample(&self, p: Vec3, n: Vec3, u: f32, u2: Vec2) -> Option<(LightId, f32, Vec2)> {
-        let (light, pmf, u2) = match &self.0 {
+    pub fn sample(&self, p: Vec3, n: Vec3, u: f32, u2: Vec2) -> Option<LightChoice> {
+        let whole = |light, p, u| LightChoice { light, region: None, p, u };
+        let choice = match &self.0 {
             Selection::Dark => return None,
             Selection::Table(table) if table.len() <= FEW_LIGHTS => {
                 let s = table.sample(u2.x);
-                (LightId(s.index as u32), s.pmf, Vec2::new(s.u, u2.y))
+                whole(LightId(s.index as u32), s.pmf, Vec2::new(s.u, u2.y))
             }
             Selection::Table(table) => {
                 let s = table.sample(u);
-                (LightId(s.index as u32), s.pmf, u2)
+                whole(LightId(s.index as u32), s.pmf, u2)
             }
             Selection::Hierarchy(h) => {
                 let (light, pmf) = h.sample(p, n, u)?;
-                (light, pmf, u2)
+                whole(light, pmf, u2)
             }
+            Selection::Learned(learned) => learned.sample(p, n, u, u2),
         };
-        (pmf > 0.0).then_some((light, pmf, u2))
+        (choice.p > 0.0).then_some(choice)
     }
 
     /// The table, if it is of few lights, whose choice is taken out of `u2.x`.
@@ -126,13 +150,26 @@ impl LightSelection {
         }
     }
 
-    /// Probability of [`LightSelection::sample`] choosing `light` for the same point.
+    /// Probability of [`LightSelection::sample`] choosing `light` for the same point; not of
+    /// environments.
     #[inline]
     pub fn pmf(&self, p: Vec3, n: Vec3, light: LightId) -> f32 {
         match &self.0 {
             Selection::Dark => 0.0,
             Selection::Table(table) => table.pmf(light.0 as usize),
             Selection::Hierarchy(h) => h.pmf(p, n, light),
+            Selection::Learned(learned) => learned.pmf(p, n, light),
+        }
+    }
+
+    /// What the density `pdf_li` of an environment's direction in `region` is multiplied by if
+    /// [`LightSelection::sample`] chooses for the same point: the environment's probability, or
+    /// the region's over that which the environment gives it.
+    #[inline]
+    pub fn pmf_escaped(&self, p: Vec3, n: Vec3, light: LightId, region: u32) -> f32 {
+        match &self.0 {
+            Selection::Learned(learned) => learned.pmf_escaped(p, n, light, region),
+            _ => self.pmf(p, n, light),
         }
     }
 }

@@ -98,29 +98,41 @@ impl Sky {
         self.look(self.place(d)).0
     }
 
-    /// RGB along a ray that left the scene along `wi`, and the density of [`Sky::sample`]
-    /// choosing it.
+    /// RGB along a ray that left the scene along `wi`, the density of [`Sky::sample`] choosing
+    /// it, and its region.
     #[inline]
-    pub fn escaped(&self, wi: Vec3) -> ([f32; 3], f32) {
+    pub fn escaped(&self, wi: Vec3) -> ([f32; 3], f32, u32) {
         let d = self.from_world.vector(wi).normalize();
         let place = self.place(d);
         let (rgb, within) = self.look(place);
-        let pdf_w = match &self.cells {
-            Some(cells) => cells.pmf(place.cell) * within * self.cells_per_w(d),
-            None => warp::UNIFORM_SPHERE_PDF_W,
-        };
-        (rgb, pdf_w)
+        let Some(cells) = &self.cells else { return (rgb, warp::UNIFORM_SPHERE_PDF_W, 0) };
+        let pdf_w = cells.pmf(place.cell) * within * self.cells_per_w(d);
+        (rgb, pdf_w, cells.region_of(place.cell) as u32)
     }
 
-    /// A direction. A place of the image is looked up as it was chosen, not by way of its
-    /// direction.
+    /// Columns and rows of regions.
+    pub fn regions(&self) -> [usize; 2] {
+        self.cells.as_ref().map_or([1, 1], Tiled2D::regions)
+    }
+
+    /// Probability that [`Sky::sample`] chooses a direction of a region.
     #[inline]
-    pub fn sample(&self, u: Vec2) -> Option<SkySample> {
+    pub fn region_pmf(&self, region: u32) -> f32 {
+        self.cells.as_ref().map_or(1.0, |cells| cells.region_pmf(region as usize))
+    }
+
+    /// A direction, of one region if that is given; then its density is that within the region.
+    /// A place of the image is looked up as it was chosen, not by way of its direction.
+    #[inline]
+    pub fn sample(&self, region: Option<u32>, u: Vec2) -> Option<SkySample> {
         let Some(cells) = &self.cells else {
             let d = warp::uniform_sphere(u);
             return Some((self.world(d), warp::UNIFORM_SPHERE_PDF_W, self.radiance(d)));
         };
-        let s = cells.sample(u);
+        let s = match region {
+            Some(region) => cells.sample_in(region as usize, u),
+            None => cells.sample(u),
+        };
         let t = match self.layout {
             EnvironmentLayout::LatLong => {
                 sample_bilinear(s.u, self.corners(s.cell).map(|texel| texel[3]))
@@ -301,7 +313,7 @@ mod tests {
             let y = ((i * 7) % 28 + 1) as f32 / 29.0;
             let phi = i as f32 * 0.4;
             let ((st, ct), (sp, cp)) = ((PI * y).sin_cos(), phi.sin_cos());
-            let (rgb, pdf) = sky.escaped(Vec3::new(sp * st, ct, -cp * st));
+            let (rgb, pdf, _) = sky.escaped(Vec3::new(sp * st, ct, -cp * st));
             ratios.push(pdf / rgb[0]);
         }
         let mean = ratios.iter().sum::<f32>() / 500.0;

@@ -22,7 +22,9 @@ use kaustika_math::{Ray, Vec2, Vec3};
 use kaustika_sampling::{MisHeuristic, Sampler};
 use kaustika_scene::bsdf::{Bsdf, Lobes, Mode};
 use kaustika_scene::lanes::Plain;
-use kaustika_scene::{CameraRay, Hit, LightId, Scene, Segment, Surface, TexturePoint};
+use kaustika_scene::{
+    CameraRay, Escaped, Hit, LightId, LightSelection, Scene, Segment, Surface, TexturePoint,
+};
 use kaustika_spectra::{Spectrum, Wavelengths};
 
 /// Passages through interfaces a path may make before it is given up.
@@ -33,6 +35,7 @@ const MAX_PASSAGES: u32 = 1000;
 pub struct Integrator<'a> {
     scene: &'a Scene,
     frame: &'a Frame,
+    pub(super) lights: &'a LightSelection,
     pub(super) max_depth: u32,
     pub(super) only_depth: Option<u32>,
     pub(super) roulette: Roulette,
@@ -71,18 +74,21 @@ impl Vertex {
 impl<'a> Integrator<'a> {
     /// For one scene and picture.
     pub fn new(scene: &'a Scene, frame: &'a Frame, params: &PathParams) -> Integrator<'a> {
-        let max_depth = u32::try_from(params.max_depth).unwrap_or(u32::MAX);
-        let only_depth = u32::try_from(params.only_depth).ok();
         Integrator {
             scene,
             frame,
-            // Nothing longer than the one length that is wanted.
-            max_depth: only_depth.map_or(max_depth, |only| only.min(max_depth)),
-            only_depth,
+            lights: &scene.light_selection,
+            max_depth: params.max_bounces(),
+            only_depth: u32::try_from(params.only_depth).ok(),
             roulette: params.roulette(),
             mis: params.mis,
             hide_emitters: params.hide_emitters,
         }
+    }
+
+    /// Chooses lights otherwise than the scene does by itself.
+    pub fn with_lights(self, lights: &'a LightSelection) -> Integrator<'a> {
+        Integrator { lights, ..self }
     }
 
     /// What is rendered.
@@ -227,7 +233,8 @@ impl<'a> Integrator<'a> {
         }
         let delta = s.lobe.has(Lobes::DELTA);
         if !s.lobe.has(Lobes::NULL) {
-            walk.previous = Previous { p: surface.p, n: surface.ng, pdf_w: s.pdf, delta };
+            let n = surface.facing(wo);
+            walk.previous = Previous { p: surface.p, n, pdf_w: s.pdf, delta };
         } else {
             // Nothing was there: the light could not be sampled through it either.
             walk.previous.delta = true;
@@ -305,12 +312,11 @@ impl<'a> Integrator<'a> {
 
     /// w_b of a light that was met.
     #[inline]
-    fn weight(&self, previous: &Previous, light: LightId, pdf_li: f32) -> f32 {
+    fn weight(&self, previous: &Previous, pmf: impl FnOnce() -> f32, pdf_li: f32) -> f32 {
         if previous.delta {
             return 1.0;
         }
-        let p = self.scene.light_selection.pmf(previous.p, previous.n, light);
-        self.mis.bsdf(p * pdf_li, previous.pdf_w) // (3)
+        self.mis.bsdf(pmf() * pdf_li, previous.pdf_w) // (3)
     }
 
     /// w_b Lₑ of the light that the ray met.
@@ -329,7 +335,8 @@ impl<'a> Integrator<'a> {
             return le;
         }
         let pdf_li = light.pdf_li(self.scene, previous.p, s, ray.d);
-        le * self.weight(previous, id, pdf_li)
+        let pmf = || self.lights.pmf(previous.p, previous.n, id);
+        le * self.weight(previous, pmf, pdf_li)
     }
 
     /// w_b Lₑ of what surrounds the scene.
@@ -337,8 +344,9 @@ impl<'a> Integrator<'a> {
     fn escaped(&self, ray: &Ray, previous: &Previous, lambda: &Wavelengths) -> Spectrum {
         self.scene.environments.iter().fold(Spectrum::ZERO, |sum, &id| {
             let light = self.scene.light(id);
-            let (le, pdf_li) = light.escaped(ray.d, lambda);
-            sum + le * self.weight(previous, id, pdf_li)
+            let Escaped { le, pdf_li, region } = light.escaped(ray.d, lambda);
+            let pmf = || self.lights.pmf_escaped(previous.p, previous.n, id, region);
+            sum + le * self.weight(previous, pmf, pdf_li)
         })
     }
 
@@ -354,13 +362,13 @@ impl<'a> Integrator<'a> {
         lambda: &Wavelengths,
     ) -> Option<LightRay> {
         let scene = self.scene;
-        let (id, p, u2) = scene.light_selection.sample(surface.p, surface.ng, u, u2)?;
-        let light = scene.light(id);
+        let choice = self.lights.sample(surface.p, surface.facing(wo), u, u2)?;
+        let (light, p) = (scene.light(choice.light), choice.p);
         if !light.is_delta() && !self.mis.samples_lights() {
             return None;
         }
         // By reference: what was written in pieces is slow to be moved at once.
-        let sample = light.sample_li(scene, surface.p, u2, lambda);
+        let sample = light.sample_li_in(scene, surface.p, choice.region, choice.u, lambda);
         let l = sample.as_ref()?;
         let (f, (pdf_b, _)) = bsdf.eval_pdf(wo, l.wi, Mode::Radiance, Lobes::ALL);
         if f.is_black() || l.le.is_black() {

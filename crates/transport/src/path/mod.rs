@@ -17,12 +17,13 @@ pub use params::{PathParams, parameters};
 
 use self::wave::{Wave, trace_alone};
 use crate::frame::Frame;
+use crate::lights;
 use crate::method::{
     Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule,
 };
 use crate::workers::Workers;
 use kaustika_film::accumulate::PassImage;
-use kaustika_scene::Scene;
+use kaustika_scene::{LightSelection, Scene};
 
 /// What the path tracer is.
 pub static INFO: MethodInfo = MethodInfo {
@@ -50,12 +51,14 @@ fn rows([width, height]: [u32; 2]) -> u32 {
 pub struct PathTracer {
     params: PathParams,
     alone: bool,
+    /// How lights are chosen, if that was learned.
+    lights: Option<LightSelection>,
 }
 
 impl PathTracer {
     /// With these parameters.
     pub fn new(params: PathParams) -> PathTracer {
-        PathTracer { params, alone: false }
+        PathTracer { params, alone: false, lights: None }
     }
 
     /// Paths are traced one after the other instead of side by side: slow, and the same but for
@@ -70,6 +73,18 @@ impl Method for PathTracer {
         &INFO
     }
 
+    fn prepare(
+        &mut self,
+        scene: &Scene,
+        frame: &Frame,
+        workers: &Workers,
+    ) -> Result<(), RenderError> {
+        if self.params.mis.samples_lights() {
+            self.lights = lights::learn(scene, frame, self.params.max_bounces(), workers);
+        }
+        Ok(())
+    }
+
     fn pass(
         &mut self,
         index: u64,
@@ -78,7 +93,8 @@ impl Method for PathTracer {
         out: &mut PassImage,
         workers: &Workers,
     ) -> Result<Commit, RenderError> {
-        let integrator = Integrator::new(scene, frame, &self.params);
+        let lights = self.lights.as_ref().unwrap_or(&scene.light_selection);
+        let integrator = Integrator::new(scene, frame, &self.params).with_lights(lights);
         let rows = rows(frame.size());
         let bands = workers.bands(out, rows, Wave::new, |wave, band| match self.alone {
             true => trace_alone(&integrator, index, band),

@@ -39,6 +39,15 @@ impl Default for PathParams {
 }
 
 impl PathParams {
+    /// Bounces of the longest path that is wanted.
+    pub fn max_bounces(&self) -> u32 {
+        // Nothing longer than the one length that is wanted.
+        [self.max_depth, self.only_depth]
+            .into_iter()
+            .filter_map(|d| u32::try_from(d).ok())
+            .fold(u32::MAX, u32::min)
+    }
+
     /// The roulette these parameters ask for.
     pub fn roulette(&self) -> Roulette {
         Roulette { survival: self.roulette, rr_depth: self.rr_depth, q_max: 0.95 }

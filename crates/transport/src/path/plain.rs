@@ -77,15 +77,17 @@ impl Integrator<'_> {
         pack.footprint = lanes.select(grown, footprint).to_array();
 
         // The side that is seen, and its frame.
-        let toward = -s.ns.dot(Vec3s::load(&pack.d));
+        let d = Vec3s::load(&pack.d);
+        let toward = -s.ns.dot(d);
         let behind = toward.simd_lt(zero);
         let n = (-s.ns).or(behind, s.ns);
+        let ng = s.ng.face_forward(-d);
         let (b, t) = s.ns.coordinate_system();
         let t = (-t).or(behind, t);
         let to_local = |v: Vec3s| Vec3s { x: v.dot(b), y: v.dot(t), z: v.dot(n) };
         let base = at.base.map(Lanes::new);
         let coated = at.coats.lanes != 0;
-        let wo = -to_local(Vec3s::load(&pack.d));
+        let wo = -to_local(d);
         let seen = coated.then(|| at.coats.seen(wo));
         let eval_pdf = |wi: Vec3s| match &seen {
             Some(seen) => at.coats.eval_pdf(seen, &base, wi),
@@ -103,7 +105,7 @@ impl Integrator<'_> {
         out.lit = 0;
         let wanted = (live & self.counts_lanes(depth + Lanes::splat(1.0))).to_bitmask();
         if wanted != 0 {
-            let (l, delta) = self.lights(wanted, &s, at, lambdas);
+            let (l, delta) = self.sample_lights(wanted, &s, ng, at, lambdas);
             let wi = to_local(l.wi);
             let (f, pdf_b) = eval_pdf(wi);
             let w = self.mis.light_lanes(l.pdf_w, pdf_b); // (3)
@@ -155,7 +157,7 @@ impl Integrator<'_> {
         }
         keep_vec(d, &mut pack.d);
         keep_vec(s.p, &mut pack.previous_p);
-        keep_vec(s.ng, &mut pack.previous_n);
+        keep_vec(ng, &mut pack.previous_n);
         keep(pdf_w, &mut pack.previous_pdf_w);
         pack.delta &= !out.alive;
         for (i, depth) in pack.depth.iter_mut().enumerate() {
@@ -176,10 +178,11 @@ impl Integrator<'_> {
 
     /// A point of a light for each of the `wanted` lanes, and the lanes whose light is a Dirac's.
     #[inline(always)]
-    fn lights(
+    fn sample_lights(
         &self,
         wanted: u32,
         s: &Surfaces,
+        ng: Vec3s,
         at: &PlainHits,
         lambdas: &[Wavelengths],
     ) -> (LampSamples, u32) {
@@ -187,33 +190,34 @@ impl Integrator<'_> {
             Some(lamps) if self.mis.samples_lights() => {
                 (lamps.sample(s.p, [at.u[0], at.u[1]].map(Lanes::new)), 0)
             }
-            _ => self.any_lights(wanted, s, at, lambdas),
+            _ => self.any_lights(wanted, s, ng, at, lambdas),
         }
     }
 
-    /// As [`Integrator::lights`] for lights of any kind, path by path.
+    /// As [`Integrator::sample_lights`] for lights of any kind, path by path.
     #[inline(never)]
     fn any_lights(
         &self,
         wanted: u32,
         s: &Surfaces,
+        ng: Vec3s,
         at: &PlainHits,
         lambdas: &[Wavelengths],
     ) -> (LampSamples, u32) {
         let scene = self.scene();
-        let (p, ng) = (s.p.to_rows(), s.ng.to_rows());
+        let (p, ng) = (s.p.to_rows(), ng.to_rows());
         let mut rows = [[0.0; LANES]; 15];
         let mut delta = 0;
         for (lane, lambda) in lambdas.iter().enumerate().filter(|(i, _)| wanted >> i & 1 != 0) {
             let column = |v: &[Row; 3]| Vec3::new(v[0][lane], v[1][lane], v[2][lane]);
             let (p, ng) = (column(&p), column(&ng));
             let (u, u2) = (at.u[4][lane], Vec2::new(at.u[0][lane], at.u[1][lane]));
-            let Some((id, pmf, u2)) = scene.light_selection.sample(p, ng, u, u2) else { continue };
-            let light = scene.light(id);
+            let Some(choice) = self.lights.sample(p, ng, u, u2) else { continue };
+            let light = scene.light(choice.light);
             if !light.is_delta() && !self.mis.samples_lights() {
                 continue;
             }
-            let sample = light.sample_li(scene, p, u2, lambda);
+            let sample = light.sample_li_in(scene, p, choice.region, choice.u, lambda);
             let Some(l) = &sample else { continue };
             delta |= u32::from(l.delta) << lane;
             let reach = l.n.abs().dot(l.p_error);
@@ -221,7 +225,7 @@ impl Integrator<'_> {
             let all = [
                 [l.wi.x, l.wi.y, l.wi.z, l.p.x, l.p.y],
                 [l.p.z, l.n.x, l.n.y, l.n.z, reach],
-                [pmf * l.pdf_w, r, g, b, w],
+                [choice.p * l.pdf_w, r, g, b, w],
             ];
             for (row, v) in rows.iter_mut().zip(all.as_flattened()) {
                 row[lane] = *v;

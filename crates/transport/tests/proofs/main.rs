@@ -8,6 +8,7 @@ mod adjoint;
 mod cameras;
 mod furnace;
 mod irradiance;
+mod learned;
 mod light_kinds;
 mod mis;
 mod placing;

@@ -5,7 +5,7 @@ use kaustika_math::{Ray, Transform, Vec2, Vec3};
 use kaustika_sampling::estimator::RunningMean;
 use kaustika_sampling::{SamplerConfig, SamplerKind};
 use kaustika_scene::description::*;
-use kaustika_scene::{CameraRay, LightSelectionKind, Scene, SceneOptions};
+use kaustika_scene::{CameraRay, LightSelection, LightSelectionKind, Scene, SceneOptions};
 use kaustika_spectra::{ColorMode, ColorSpace, SpectrumDesc, Wavelengths};
 use kaustika_transport::path::{Integrator, PathParams};
 use kaustika_transport::{Frame, PassStats};
@@ -304,8 +304,14 @@ pub fn render(
 ) -> Picture {
     let frame =
         Frame::new(resolution, FilterDesc::BOX, SamplerConfig { kind, seed, spp, resolution });
+    render_with(scene, &scene.light_selection, &frame, p)
+}
+
+/// As [`render`], with lights chosen in another way.
+pub fn render_with(scene: &Scene, lights: &LightSelection, frame: &Frame, p: Value) -> Picture {
+    let (resolution, spp) = (frame.resolution, frame.sampler.config().spp);
     let p = params(p);
-    let integrator = Integrator::new(scene, &frame, &p);
+    let integrator = Integrator::new(scene, frame, &p).with_lights(lights);
     let mut stats = PassStats::default();
     let mut pixels = Vec::new();
     for i in 0..resolution[0] * resolution[1] {

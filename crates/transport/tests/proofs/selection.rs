@@ -84,9 +84,9 @@ fn frequencies_follow_probabilities() {
                 let draws = 20_000;
                 for _ in 0..draws {
                     let s = scene.light_selection.sample(p, n, random.f(), random.v2());
-                    let (light, q, _) = s.expect("there are lights");
-                    close("sample and pmf", q as f64, pmf[light.0 as usize], 1e-4);
-                    counts[light.0 as usize] += 1.0;
+                    let s = s.expect("there are lights");
+                    close("sample and pmf", s.p as f64, pmf[s.light.0 as usize], 1e-4);
+                    counts[s.light.0 as usize] += 1.0;
                 }
                 let expected: Vec<f64> = pmf.iter().map(|q| q * draws as f64).collect();
                 follows(&format!("{kind:?} over {count}"), &counts, &expected);
