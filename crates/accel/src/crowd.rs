@@ -55,7 +55,9 @@ struct Crowd<'a> {
     lanes: RayLanes<F32x16>,
 }
 
-/// What the rays have found.
+/// What the rays have found. Passed by value: hits that are written to memory under a mask are slow
+/// to read back.
+#[derive(Clone, Copy)]
 struct Found {
     /// The rays that have hit something.
     rays: u32,
@@ -87,19 +89,20 @@ pub(crate) fn trace<const STACK: usize, const ANY: bool>(
     let d = [F32x16::join(d[0], e[0]), F32x16::join(d[1], e[1]), F32x16::join(d[2], e[2])];
     let lanes = RayLanes::plain(o, d, class.axes);
     let none = F32x16::splat(0.0);
-    let mut found = Found { rays: 0, t: F32x16::join(t, u), b: [none; 3], prim: none };
+    let found = Found { rays: 0, t: F32x16::join(t, u), b: [none; 3], prim: none };
     let crowd = Crowd { tree, segments, places: all, class, lanes };
-    crowd.walk::<STACK, ANY>((1 << places.len()) - 1, &mut found, stack, accept);
+    let active = (1 << places.len()) - 1;
+    let found = crowd.walk::<STACK, ANY>(active, found, stack, accept);
 
     let (t, prim) = (found.t.to_array(), found.prim.to_array());
     let b = found.b.map(F32x16::to_array);
-    for (lane, place) in places.iter().enumerate() {
-        let hit = (found.rays >> lane & 1 != 0).then(|| TriangleHit {
-            t: t[lane],
-            prim: prim[lane].to_bits(),
-            b: [b[0][lane], b[1][lane], b[2][lane]],
-        });
-        done(*place as usize, hit);
+    for lane in Lane::of(found.rays) {
+        let b = [b[0][lane], b[1][lane], b[2][lane]];
+        let hit = TriangleHit { t: t[lane], prim: prim[lane].to_bits(), b };
+        done(all[lane] as usize, Some(hit));
+    }
+    for lane in Lane::of(active & !found.rays) {
+        done(all[lane] as usize, None);
     }
 }
 
@@ -108,10 +111,10 @@ impl Crowd<'_> {
     fn walk<const STACK: usize, const ANY: bool>(
         &self,
         all: u32,
-        found: &mut Found,
+        mut found: Found,
         stack: &mut CrowdStack<STACK>,
         accept: &mut impl Accept,
-    ) {
+    ) -> Found {
         let mut size = 0;
         // What is next, and the rays that meet it.
         let mut current = self.tree.root;
@@ -119,9 +122,9 @@ impl Crowd<'_> {
         loop {
             if current.is_leaf() {
                 let block = &self.tree.blocks[current.index()];
-                self.leaf::<ANY, _>(block, rays, found, accept);
+                found = self.leaf::<ANY, _>(block, rays, found, accept);
                 if ANY && found.rays == all {
-                    return;
+                    return found;
                 }
             } else {
                 let node = &self.tree.nodes[current.index()];
@@ -140,7 +143,7 @@ impl Crowd<'_> {
             }
             loop {
                 if size == 0 {
-                    return;
+                    return found;
                 }
                 size -= 1;
                 let top = size.min(STACK - 1);
@@ -160,14 +163,16 @@ impl Crowd<'_> {
         &self,
         block: &TriangleBlock,
         rays: u32,
-        found: &mut Found,
+        mut found: Found,
         accept: &mut A,
-    ) {
-        if (rays.count_ones() as usize) < block.count() {
-            lanes_of(rays, |lane| self.ray_of_leaf::<ANY>(lane, block, found, accept));
-        } else {
-            self.triangles_of_leaf::<ANY, A>(block, rays, found, accept);
+    ) -> Found {
+        if (rays.count_ones() as usize) >= block.count() {
+            return self.triangles_of_leaf::<ANY, A>(block, rays, found, accept);
         }
+        for lane in Lane::of(rays) {
+            found = self.ray_of_leaf::<ANY>(lane, block, found, accept);
+        }
+        found
     }
 
     /// Holds each triangle against all rays.
@@ -176,9 +181,9 @@ impl Crowd<'_> {
         &self,
         block: &TriangleBlock,
         mut rays: u32,
-        found: &mut Found,
+        mut found: Found,
         accept: &mut A,
-    ) {
+    ) -> Found {
         let slabs = block.slabs(self.class.negative);
         for triangle in 0..block.count() {
             let Some(prim) = block.prim(triangle) else { break };
@@ -195,22 +200,23 @@ impl Crowd<'_> {
             better &= hits.lanes;
             if !A::ALL {
                 let (t, b) = (hits.t.to_array(), hits.b.map(F32x16::to_array));
-                lanes_of(better, |lane| {
+                for lane in Lane::of(better) {
                     let hit = TriangleHit { t: t[lane], prim, b: b.map(|b| b[lane]) };
                     let accepted = accept.accept(self.places[lane] as usize, &hit);
                     better &= !(u32::from(!accepted) << lane);
-                });
+                }
             }
             found.rays |= better;
             if !ANY {
-                found.take(better, hits.t, number, hits.b);
+                found = found.with(better, hits.t, number, hits.b);
                 continue;
             }
             rays &= !better;
             if rays == 0 {
-                return;
+                break;
             }
         }
+        found
     }
 
     /// Holds one ray against all triangles.
@@ -219,13 +225,13 @@ impl Crowd<'_> {
         &self,
         lane: usize,
         block: &TriangleBlock,
-        found: &mut Found,
+        mut found: Found,
         accept: &mut impl Accept,
-    ) {
+    ) -> Found {
         let ray = self.lanes.map(|v| v.broadcast(lane));
         let mut nearest = found.t.to_array()[lane];
         let hits = block.intersect(&ray, self.class.axes, nearest, || self.prepared(lane));
-        let Some(mut hits) = hits else { return };
+        let Some(mut hits) = hits else { return found };
         let bit = 1 << lane;
         while let Some(triangle) = hits.pop() {
             let Some(prim) = block.prim(triangle) else { break };
@@ -236,13 +242,14 @@ impl Crowd<'_> {
             {
                 found.rays |= bit;
                 if ANY {
-                    return;
+                    break;
                 }
                 nearest = t;
                 let number = F32x16::splat(number(prim));
-                found.take(bit, F32x16::splat(t), number, b.map(F32x16::splat));
+                found = found.with(bit, F32x16::splat(t), number, b.map(F32x16::splat));
             }
         }
+        found
     }
 
     /// The ray of a lane again, for doubtful hits. There is one, or it would be in no class.
@@ -254,13 +261,15 @@ impl Crowd<'_> {
 }
 
 impl Found {
-    /// These hits, for some rays.
+    /// With these hits for some rays.
     #[inline(always)]
-    fn take(&mut self, rays: u32, t: F32x16, prim: F32x16, b: [F32x16; 3]) {
-        self.t = self.t.select(rays, t);
-        self.prim = self.prim.select(rays, prim);
-        for (old, new) in self.b.iter_mut().zip(b) {
-            *old = old.select(rays, new);
+    fn with(self, rays: u32, t: F32x16, prim: F32x16, b: [F32x16; 3]) -> Found {
+        let ([b0, b1, b2], [c0, c1, c2]) = (self.b, b);
+        Found {
+            rays: self.rays,
+            t: self.t.select(rays, t),
+            b: [b0.select(rays, c0), b1.select(rays, c1), b2.select(rays, c2)],
+            prim: self.prim.select(rays, prim),
         }
     }
 }
@@ -272,12 +281,23 @@ fn number(prim: u32) -> f32 {
     f32::from_bits(prim)
 }
 
-/// Does something for each lane of a mask.
-#[inline(always)]
-fn lanes_of(mask: u32, mut each: impl FnMut(usize)) {
-    let mut left = mask;
-    while left != 0 {
-        each(left.trailing_zeros() as usize % RAYS);
-        left &= left - 1;
+/// The lanes of a mask, from the lowest.
+struct Lane(u32);
+
+impl Lane {
+    #[inline(always)]
+    fn of(mask: u32) -> Lane {
+        Lane(mask)
+    }
+}
+
+impl Iterator for Lane {
+    type Item = usize;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<usize> {
+        let lane = self.0.trailing_zeros() as usize;
+        self.0 &= self.0.wrapping_sub(1);
+        (lane < RAYS).then_some(lane)
     }
 }

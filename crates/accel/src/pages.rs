@@ -1,6 +1,6 @@
 //! Memory in large pages.
 
-use std::ops::Deref;
+use std::ops::{Deref, DerefMut};
 
 use bytemuck::Pod;
 use rayon::prelude::*;
@@ -8,11 +8,16 @@ use rayon::prelude::*;
 /// From this many bytes on memory is asked for in large pages.
 const LARGE: usize = 4 << 20;
 
-/// An array that does not change. If it is large it lies in huge pages where the system has them:
+/// An array that does not grow. If it is large it lies in huge pages where the system has them:
 /// rays jump all over a tree, and each jump to another page of 4 KiB may cost a walk through the
-/// page tables, besides the node itself.
+/// page tables, besides the node itself. And the system makes a huge page sooner than 512 small
+/// ones, which shows where an array is soon done with.
 #[derive(Debug)]
-pub(crate) struct Array<T: Pod>(Memory<T>);
+pub(crate) struct Array<T: Pod> {
+    memory: Memory<T>,
+    /// Items in use.
+    len: usize,
+}
 
 #[derive(Debug)]
 enum Memory<T> {
@@ -24,13 +29,34 @@ enum Memory<T> {
 impl<T: Pod + Send + Sync> Array<T> {
     /// Made in parallel, each in its place.
     pub(crate) fn collect(items: impl IndexedParallelIterator<Item = T>) -> Array<T> {
+        let len = items.len();
         #[cfg(target_os = "linux")]
-        if let Some(mut pages) = pages(items.len() * size_of::<T>()) {
+        if let Some(mut pages) = pages(len * size_of::<T>()) {
             let places: &mut [T] = bytemuck::cast_slice_mut(&mut pages);
             places.par_iter_mut().zip(items).for_each(|(place, item)| *place = item);
-            return Array(Memory::Pages(pages));
+            return Array { memory: Memory::Pages(pages), len };
         }
-        Array(Memory::Heap(items.collect()))
+        Array { memory: Memory::Heap(items.collect()), len }
+    }
+
+    pub(crate) fn zeros(len: usize) -> Array<T> {
+        #[cfg(target_os = "linux")]
+        if let Some(pages) = pages(len * size_of::<T>()) {
+            return Array { memory: Memory::Pages(pages), len };
+        }
+        Array { memory: Memory::Heap(vec![T::zeroed(); len]), len }
+    }
+
+    /// Keeps the items that `keep` keeps, in their order.
+    pub(crate) fn retain(&mut self, keep: impl Fn(&T) -> bool) {
+        let mut kept = 0;
+        for i in 0..self.len {
+            if keep(&self[i]) {
+                self[kept] = self[i];
+                kept += 1;
+            }
+        }
+        self.len = kept;
     }
 }
 
@@ -51,11 +77,24 @@ impl<T: Pod> Deref for Array<T> {
 
     #[inline]
     fn deref(&self) -> &[T] {
-        match &self.0 {
+        let all: &[T] = match &self.memory {
             Memory::Heap(items) => items,
             #[cfg(target_os = "linux")]
             Memory::Pages(pages) => bytemuck::cast_slice(pages),
-        }
+        };
+        &all[..self.len]
+    }
+}
+
+impl<T: Pod> DerefMut for Array<T> {
+    #[inline]
+    fn deref_mut(&mut self) -> &mut [T] {
+        let all: &mut [T] = match &mut self.memory {
+            Memory::Heap(items) => items,
+            #[cfg(target_os = "linux")]
+            Memory::Pages(pages) => bytemuck::cast_slice_mut(pages),
+        };
+        &mut all[..self.len]
     }
 }
 

@@ -268,7 +268,7 @@ impl Slabs {
         let through = |planes: &[[[f32; BLOCK]; 2]; 3]| {
             let (mut entry, mut exit) = (V::splat(0.0), V::splat(f32::INFINITY));
             for axis in 0..3 {
-                let [first, last] = planes[axis].map(|planes| V::splat(planes[lane % BLOCK]));
+                let [first, last] = [0, 1].map(|side| V::splat(planes[axis][side][lane % BLOCK]));
                 entry = entry.max(first.mul_add(rays.inv_d[axis], rays.near_c[axis]));
                 exit = exit.min(last.mul_add(rays.inv_d[axis], rays.far_c[axis]));
             }

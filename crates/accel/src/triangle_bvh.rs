@@ -308,9 +308,22 @@ impl TriangleBvh {
     }
 }
 
-/// Whether the corners span a plane. In double precision, where the products of a thin triangle's
-/// edges do not underflow.
+/// Whether the corners span a plane. Mostly told in single precision; else in double, where the
+/// products of a thin triangle's edges do not underflow.
 fn has_area(p: [Vec3; 3]) -> bool {
+    let (e, f) = (p[1] - p[0], p[2] - p[0]);
+    let clearly = |i: usize| {
+        let j = (i + 1) % 3;
+        let (a, b) = (e[i] * f[j], e[j] * f[i]);
+        let size = a.abs() + b.abs();
+        // Each product is off by less than 2⁻²² of it, edges being differences.
+        size > 1e-30 && size < f32::INFINITY && (a - b).abs() > size * (1.0 / (1 << 20) as f32)
+    };
+    clearly(0) || clearly(1) || clearly(2) || has_area_in_double(p)
+}
+
+#[cold]
+fn has_area_in_double(p: [Vec3; 3]) -> bool {
     let edge = |a: Vec3, b: Vec3| [0, 1, 2].map(|i| f64::from(b[i]) - f64::from(a[i]));
     let (e, f) = (edge(p[0], p[1]), edge(p[0], p[2]));
     (0..3).any(|i| {

@@ -7,6 +7,7 @@ use super::boxes::Extent;
 use super::forest::{self, Cut, ForestCosts};
 use super::partition::partition;
 use super::{BuildOptions, Costs, PrimRef};
+use crate::pages::Array;
 
 /// Below this depth splits halve the number of primitives, so that no tree is too deep.
 const MAX_SAH_DEPTH: usize = 48;
@@ -25,7 +26,7 @@ const RARELY_MET: f32 = 1e-3;
 /// the two sides of a part write to slices of their own.
 pub(super) struct BinaryTree<const WIDTH: usize> {
     /// That of the split before primitive `i` at place `i - 1`.
-    cuts: Vec<Cut<WIDTH>>,
+    cuts: Array<Cut>,
     /// Primitives left of the first split; 0 if there is none.
     left_count: u32,
 }
@@ -51,11 +52,12 @@ impl<const WIDTH: usize> BinaryTree<WIDTH> {
         leaf_size: usize,
         options: &BuildOptions,
     ) -> BinaryTree<WIDTH> {
-        let mut cuts = vec![Cut::NONE; refs.len() - 1];
+        const { assert!(WIDTH <= Cut::MAX_WIDTH) };
+        let mut cuts = Array::zeros(refs.len() - 1);
         let extent =
             refs.par_chunks(1 << 14).map(Extent::of).reduce(|| Extent::EMPTY, Extent::union);
         let costs = Costs::new(leaf_size, options, &extent.bounds.bounds());
-        let root = build_part(refs, &mut cuts, &extent, 0, &costs);
+        let root = build_part::<WIDTH>(refs, &mut cuts, &extent, 0, &costs);
         BinaryTree { cuts, left_count: root.left_count }
     }
 
@@ -86,7 +88,7 @@ impl<const WIDTH: usize> BinaryTree<WIDTH> {
         }
     }
 
-    fn cut(&self, part: Part) -> &Cut<WIDTH> {
+    fn cut(&self, part: Part) -> &Cut {
         &self.cuts[part.first + part.left_count - 1]
     }
 
@@ -102,7 +104,7 @@ impl<const WIDTH: usize> BinaryTree<WIDTH> {
 
 fn build_part<const WIDTH: usize>(
     refs: &mut [PrimRef],
-    cuts: &mut [Cut<WIDTH>],
+    cuts: &mut [Cut],
     extent: &Extent,
     depth: usize,
     costs: &Costs,

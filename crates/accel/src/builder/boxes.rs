@@ -1,5 +1,6 @@
 //! Boxes as the builder wants them: one register, grown by one instruction.
 
+use bytemuck::{Pod, Zeroable};
 use kaustika_math::{Bounds3, Vec3};
 
 use crate::ray::MAX_COORDINATE;
@@ -7,7 +8,7 @@ use crate::simd::{F32x8, Lanes};
 
 /// The lower corner in lanes 0..3, the upper corner negated in lanes 4..7, so that a box grows by
 /// the lesser of each lane. Lanes 3 and 7 are of no meaning.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(32))]
 pub(super) struct Box8([f32; 8]);
 
@@ -54,7 +55,8 @@ impl Box8 {
 }
 
 /// The bounds of a primitive and its number, in one register.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(transparent)]
 pub(crate) struct PrimRef {
     /// The bits of lane 3 are the primitive's number.
     bounds: Box8,

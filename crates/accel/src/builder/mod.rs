@@ -21,6 +21,8 @@ mod wide;
 use kaustika_math::Bounds3;
 use rayon::prelude::*;
 
+use crate::pages::Array;
+
 pub(crate) use binary::MAX_DEPTH;
 pub(crate) use boxes::PrimRef;
 pub(crate) use wide::{Child, WideTree};
@@ -77,16 +79,13 @@ impl Costs {
 pub(crate) fn references(
     count: usize,
     bounds: impl Fn(usize) -> Option<Bounds3> + Sync,
-) -> Vec<PrimRef> {
+) -> Array<PrimRef> {
     // One that is left out is marked first, so that all can be written in place by many threads.
-    let mut refs: Vec<PrimRef> = (0..count)
-        .into_par_iter()
-        .with_min_len(1 << 12)
-        .map(|i| {
-            let made = bounds(i).and_then(|b| PrimRef::new(i as u32, &b));
-            made.unwrap_or(PrimRef::NONE)
-        })
-        .collect();
+    let made = (0..count).into_par_iter().with_min_len(1 << 12).map(|i| {
+        let made = bounds(i).and_then(|b| PrimRef::new(i as u32, &b));
+        made.unwrap_or(PrimRef::NONE)
+    });
+    let mut refs = Array::collect(made);
     if refs.par_chunks(1 << 14).any(|c| c.iter().any(PrimRef::is_none)) {
         refs.retain(|r| !r.is_none());
     }
