@@ -6,6 +6,7 @@ use crate::Scene;
 use crate::description::EnvironmentLayout;
 use crate::texture::{ImageMap, uplift};
 use kaustika_math::{INV_PI, Ray, Transform, Vec2, Vec3, warp};
+use kaustika_sampling::distribution::TiledSample;
 use kaustika_spectra::{CompiledSpectrum, Spectrum, SpectrumRole, Wavelengths};
 use std::f32::consts::PI;
 
@@ -144,7 +145,45 @@ impl Environment {
         lambda: &Wavelengths,
     ) -> Option<LightSample> {
         let (wi, pdf_w, le) = self.sample(region, u, lambda)?;
-        Some(LightSample {
+        Some(self.seen(scene, from, wi, pdf_w, le))
+    }
+
+    /// The first half of [`Environment::sample_li`]: the cell of an image, which is then read.
+    #[inline]
+    pub(super) fn choose(&self, region: Option<u32>, u: Vec2) -> Option<TiledSample> {
+        match &self.source {
+            Source::Constant(_) => None,
+            Source::Image(sky) => sky.choose(region, u),
+        }
+    }
+
+    /// Reads the texels of a cell that was chosen.
+    #[inline(always)]
+    pub(super) fn touch(&self, cell: &TiledSample) {
+        if let Source::Image(sky) = &self.source {
+            sky.touch(cell);
+        }
+    }
+
+    /// The second half of [`Environment::sample_li`].
+    #[inline]
+    pub(super) fn sample_li_of_cell(
+        &self,
+        scene: &Scene,
+        from: Vec3,
+        cell: &TiledSample,
+        lambda: &Wavelengths,
+    ) -> Option<LightSample> {
+        let Source::Image(sky) = &self.source else { return None };
+        let (wi, pdf_w, rgb) = sky.sample_cell(cell)?;
+        let le = uplift(SpectrumRole::Illuminant, rgb, lambda) * self.scale;
+        Some(self.seen(scene, from, wi, pdf_w, le))
+    }
+
+    /// The sample of a direction as a point sees it.
+    #[inline]
+    fn seen(&self, scene: &Scene, from: Vec3, wi: Vec3, pdf_w: f32, le: Spectrum) -> LightSample {
+        LightSample {
             wi,
             p: from + wi * (2.0 * scene.radius + (from - scene.center).length()),
             p_error: Vec3::ZERO,
@@ -152,7 +191,7 @@ impl Environment {
             pdf_w,
             le,
             delta: false,
-        })
+        }
     }
 
     /// A ray into the scene: its direction as [`Environment::sample_li`], its origin uniform on

@@ -1,4 +1,5 @@
-//! Which light to sample: uniformly, by power, or by a hierarchy over position and direction.
+//! Which light to sample: uniformly, by power, by a hierarchy over position and direction, or by
+//! what was learned.
 
 use super::{LearnedLights, Light, LightBvh};
 use crate::Scene;
@@ -21,19 +22,21 @@ pub enum LightSelectionKind {
     Learned,
 }
 
-/// With at most this many lights near each other the hierarchy costs more than it gains: the
-/// two triangles of a rectangle or two.
+/// With at most this many lights a hierarchy, or learning, costs more than it gains: the two
+/// triangles of a rectangle or two.
 pub(crate) const FEW_LIGHTS: usize = 4;
 
 impl LightSelectionKind {
-    /// The default for these lights. Power says nothing about a lamp beside the sky, whose power
-    /// grows with the size of the scene: there, too, the hierarchy decides.
+    /// The default for these lights. Of an environment or of many lights most are often hidden:
+    /// that is worth learning. Power says nothing about a lamp beside a directional light, whose
+    /// power grows with the size of the scene: there the hierarchy decides.
     pub fn for_lights(lights: &[Light]) -> LightSelectionKind {
         let infinite = lights.iter().filter(|l| l.is_infinite()).count();
-        let mixed = infinite > 0 && infinite < lights.len();
-        match lights.len() <= FEW_LIGHTS && !mixed {
-            true => LightSelectionKind::Power,
-            false => LightSelectionKind::Bvh,
+        let surrounded = lights.iter().any(|l| matches!(l, Light::Environment(_)));
+        match (surrounded || lights.len() > FEW_LIGHTS, infinite > 0 && infinite < lights.len()) {
+            (true, _) => LightSelectionKind::Learned,
+            (false, true) => LightSelectionKind::Bvh,
+            (false, false) => LightSelectionKind::Power,
         }
     }
 }

@@ -18,7 +18,7 @@ use super::texels::{Texels, blend};
 use crate::description::EnvironmentLayout;
 use crate::texture::ImageMap;
 use kaustika_math::{INV_PI, Transform, Vec2, Vec3, safe_acos, warp};
-use kaustika_sampling::distribution::{Tiled2D, bilinear_pdf, sample_bilinear};
+use kaustika_sampling::distribution::{Tiled2D, TiledSample, bilinear_pdf, sample_bilinear};
 use kaustika_spectra::{Spectrum, Wavelengths};
 use std::f32::consts::PI;
 
@@ -125,14 +125,39 @@ impl Sky {
     /// A place of the image is looked up as it was chosen, not by way of its direction.
     #[inline]
     pub fn sample(&self, region: Option<u32>, u: Vec2) -> Option<SkySample> {
-        let Some(cells) = &self.cells else {
-            let d = warp::uniform_sphere(u);
-            return Some((self.world(d), warp::UNIFORM_SPHERE_PDF_W, self.radiance(d)));
-        };
-        let s = match region {
+        match self.choose(region, u) {
+            Some(cell) => self.sample_cell(&cell),
+            None => {
+                let d = warp::uniform_sphere(u);
+                Some((self.world(d), warp::UNIFORM_SPHERE_PDF_W, self.radiance(d)))
+            }
+        }
+    }
+
+    /// The first half of [`Sky::sample`], a cell; `None` if directions are uniform.
+    #[inline]
+    pub fn choose(&self, region: Option<u32>, u: Vec2) -> Option<TiledSample> {
+        let cells = self.cells.as_ref()?;
+        Some(match region {
             Some(region) => cells.sample_in(region as usize, u),
             None => cells.sample(u),
-        };
+        })
+    }
+
+    /// Reads what [`Sky::sample_cell`] will need. Whoever has several cells to look up lets the
+    /// memory work on all of them at once.
+    #[inline(always)]
+    pub fn touch(&self, s: &TiledSample) {
+        let [x, y] = s.cell;
+        let [w, h] = self.texels.size();
+        for (x, y) in [(x, y), ((x + 1).min(w - 1), (y + 1).min(h - 1))] {
+            std::hint::black_box(self.texels.get(x, y)[3]);
+        }
+    }
+
+    /// The second half of [`Sky::sample`], a direction of a cell.
+    #[inline]
+    pub fn sample_cell(&self, s: &TiledSample) -> Option<SkySample> {
         let t = match self.layout {
             EnvironmentLayout::LatLong => {
                 sample_bilinear(s.u, self.corners(s.cell).map(|texel| texel[3]))

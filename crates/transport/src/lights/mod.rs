@@ -15,7 +15,7 @@ use kaustika_spectra::{Spectrum, Wavelengths};
 use rayon::prelude::*;
 
 /// One path for as many pixels.
-const PIXELS: usize = 2;
+const PIXELS: usize = 4;
 /// Paths at most.
 const MOST_PATHS: usize = 1 << 15;
 /// Points of a path at most: later ones carry little.

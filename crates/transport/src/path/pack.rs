@@ -134,3 +134,13 @@ impl Pack {
         Lanes::new(self.depth.map(|d| d as f32))
     }
 }
+
+/// The lanes of a mask.
+#[inline(always)]
+pub(super) fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lane = (bits != 0).then(|| bits.trailing_zeros() as usize % LANES)?;
+        bits &= bits - 1;
+        Some(lane)
+    })
+}

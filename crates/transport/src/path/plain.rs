@@ -2,7 +2,7 @@
 //! whose formulas these are, for by far the most frequent cases.
 
 use super::integrate::Integrator;
-use super::pack::Pack;
+use super::pack::{Pack, lanes_of};
 use crate::roulette::WalkStates;
 use kaustika_math::lanes::{LANES, Lanes, Row, Vec3s, cosine_hemisphere, mask_of};
 use kaustika_math::{INV_PI, Vec2, Vec3};
@@ -206,18 +206,32 @@ impl Integrator<'_> {
     ) -> (LampSamples, u32) {
         let scene = self.scene();
         let (p, ng) = (s.p.to_rows(), ng.to_rows());
+        let column = |v: &[Row; 3], lane: usize| Vec3::new(v[0][lane], v[1][lane], v[2][lane]);
+        // Step by step for all paths: what one of them waits for, another may meanwhile fetch.
+        let mut choices = [None; LANES];
+        let mut cells = [None; LANES];
+        for lane in lanes_of(wanted) {
+            let (u, u2) = (at.u[4][lane], Vec2::new(at.u[0][lane], at.u[1][lane]));
+            choices[lane] = self.lights.sample(column(&p, lane), column(&ng, lane), u, u2);
+        }
+        for (cell, choice) in cells.iter_mut().zip(&choices) {
+            *cell = choice.and_then(|c| scene.light(c.light).choose_cell(&c));
+        }
+        for (cell, choice) in cells.iter().zip(&choices) {
+            if let (Some(cell), Some(choice)) = (cell, choice) {
+                scene.light(choice.light).touch(cell);
+            }
+        }
         let mut rows = [[0.0; LANES]; 15];
         let mut delta = 0;
-        for (lane, lambda) in lambdas.iter().enumerate().filter(|(i, _)| wanted >> i & 1 != 0) {
-            let column = |v: &[Row; 3]| Vec3::new(v[0][lane], v[1][lane], v[2][lane]);
-            let (p, ng) = (column(&p), column(&ng));
-            let (u, u2) = (at.u[4][lane], Vec2::new(at.u[0][lane], at.u[1][lane]));
-            let Some(choice) = self.lights.sample(p, ng, u, u2) else { continue };
+        for lane in lanes_of(wanted) {
+            let Some(choice) = &choices[lane] else { continue };
             let light = scene.light(choice.light);
             if !light.is_delta() && !self.mis.samples_lights() {
                 continue;
             }
-            let sample = light.sample_li_in(scene, p, choice.region, choice.u, lambda);
+            let (p, lambda) = (column(&p, lane), &lambdas[lane]);
+            let sample = light.sample_li_of(scene, p, choice, cells[lane].as_ref(), lambda);
             let Some(l) = &sample else { continue };
             delta |= u32::from(l.delta) << lane;
             let reach = l.n.abs().dot(l.p_error);

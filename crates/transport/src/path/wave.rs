@@ -7,7 +7,7 @@
 //! so that the wave stays full. Paths do not know of each other.
 
 use super::integrate::Integrator;
-use super::pack::Pack;
+use super::pack::{Pack, lanes_of};
 use super::plain::{Onward, PlainHits};
 use super::walk::Walk;
 use crate::method::PassStats;
@@ -299,15 +299,6 @@ impl<'a> Wave<'a> {
             band.add(place.pixel % band.width(), place.pixel / band.width(), &record);
         }
     }
-}
-
-/// The lanes of a mask.
-fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        let lane = (bits != 0).then(|| bits.trailing_zeros() as usize % LANES)?;
-        bits &= bits - 1;
-        Some(lane)
-    })
 }
 
 /// The paths of a band one after the other: what [`Wave`] is held against.

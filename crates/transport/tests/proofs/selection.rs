@@ -123,14 +123,19 @@ fn a_light_that_contributes_has_a_chance() {
 }
 
 #[test]
-fn few_lights_are_chosen_by_power() {
+fn few_lights_are_chosen_by_power_and_others_learned() {
     let default = |count, infinite| K::for_lights(&lights(count, infinite).build().lights);
     assert_eq!(default(2, false), K::Power);
-    assert_eq!(default(0, true), K::Power);
-    // A lamp beside the sky, and many lamps.
-    assert_eq!(default(1, true), K::Bvh);
-    assert_eq!(default(100, false), K::Bvh);
-    for (name, kind) in [("uniform", K::Uniform), ("power", K::Power), ("bvh", K::Bvh)] {
+    // Under a sky, and of many lamps.
+    assert_eq!(default(0, true), K::Learned);
+    assert_eq!(default(100, false), K::Learned);
+    // A lamp beside a directional light.
+    let mut stage = lights(1, false);
+    let kind = LightKind::Directional { irradiance: grey(1.0), scale: 1.0, illuminance: None };
+    stage.light(kind, HERE);
+    assert_eq!(K::for_lights(&stage.build().lights), K::Bvh);
+    let names = ["uniform", "power", "bvh", "learned"];
+    for (name, kind) in names.into_iter().zip([K::Uniform, K::Power, K::Bvh, K::Learned]) {
         assert_eq!(name.parse(), Ok(kind));
     }
     assert!("kdtree".parse::<K>().is_err());

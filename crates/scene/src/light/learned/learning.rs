@@ -27,15 +27,15 @@ pub struct ShadingPoint {
 /// Rounds, each with what the ones before have learned.
 const ROUNDS: u32 = 3;
 /// Samples of a point in each round.
-const SAMPLES: usize = 3;
+const SAMPLES: usize = 4;
 /// α of (1).
 const DEFENSIVE: f64 = 0.1;
 /// α while learning.
 const CURIOUS: f64 = 0.4;
-/// k of (3): samples that the parent's knowledge is worth.
+/// k of (3) and (4): samples that what is expected is worth.
 const TRUST: f32 = 3.0;
 
-/// What a sample of the region beside is worth for what a region is expected to be.
+/// h of (4): what a sample of a region beside is worth.
 const LIKENESS: f32 = 0.5;
 
 /// What the samples of a cluster said in a part of the scene.
@@ -154,7 +154,7 @@ impl Pupil<'_> {
         if scene.occluded(&Segment { ray, t_max: 1.0 }) { 0.0 } else { unshadowed }
     }
 
-    /// g of (3) for each node and cluster.
+    /// g of (3) for each node and cluster, from the roots down.
     fn expectations(&self) -> Vec<f32> {
         let (nodes, count) = (self.family.parents.len(), self.clusters.len());
         // A part knows what its parts know.
@@ -183,6 +183,7 @@ impl Pupil<'_> {
                     None => all[usize::from(self.clusters.is_infinite(c))],
                 };
                 let own = &tallies[node * count..(node + 1) * count];
+                // (4)
                 let around = self.clusters.beside[c].iter().filter(|&&b| b as usize != c).fold(
                     Tally { n: TRUST, sum: TRUST * above },
                     |mut sum, &b| {

@@ -10,14 +10,16 @@
 //! ```text
 //! q_c ∝ (1 - α) P_c √g_c / Σ P √g  +  α p_c                                               (1)
 //! g_c = mean of y²,  y = V |cos θ| L / (P_c p)                                            (2)
-//! g_c(cell) = (Σ y² + k g_c(parent)) / (n + k)                                            (3)
+//! g_c(cell) = (Σ y² + k e_c) / (n + k)                                                    (3)
+//! e_c = (k g_c(parent) + h Σ y² of the regions beside c) / (k + h n of those)             (4)
 //! ```
 //!
 //! c is a cluster: a light, a region, or a part of the hierarchy of lights; P_c its power and
 //! p_c the probability it would have without what was learned. y compares what a sample of
 //! density p within the cluster brings with the cluster's power: for an environment it is hardly
 //! more than visibility and cosine, so few samples tell a lot. Cells with few samples lean on the
-//! cell they are part of (3). Whatever was learned, every cluster keeps a share α of p_c: the
+//! cell they are part of, and regions on those beside them (3, 4): what blocks light is larger than
+//! either. Whatever was learned, every cluster keeps a share α of p_c: the
 //! estimate stays unbiased, only noise depends on what was learned.
 
 mod cells;
