@@ -26,5 +26,5 @@ pub use inversion::{
 pub use linear::PiecewiseLinear1D;
 pub use rejection::{Rejection, rejection};
 pub use reservoir::WeightedReservoir;
-pub use tiled::{Tiled2D, TiledSample};
+pub use tiled::{TileChoice, Tiled2D, TiledSample};
 pub use weights::InvalidWeights;

@@ -50,6 +50,17 @@ pub struct TiledSample {
     pub u: Vec2,
 }
 
+/// A tile that was chosen.
+#[derive(Clone, Copy, Debug)]
+pub struct TileChoice {
+    tile: usize,
+    /// Its first cell.
+    corner: [usize; 2],
+    pmf: f32,
+    /// What is left of the two numbers.
+    u: Vec2,
+}
+
 /// Grids of the same size. Of each is known where its rows, then the columns of each row, begin:
 /// the sum of the probabilities before them, in units.
 #[derive(Clone, Debug)]
@@ -140,22 +151,51 @@ impl Tiled2D {
     /// A cell; `u` in [0, 1)².
     #[inline]
     pub fn sample(&self, u: Vec2) -> TiledSample {
-        let ([x, y], u, pmf) = self.outer.sample(0, u);
-        let s = self.sample_in(y * self.regions[0] + x, u);
-        TiledSample { pmf: pmf * s.pmf, ..s }
+        self.sample_tile(&self.choose_tile(None, u))
     }
 
     /// A cell of a region that has a positive probability, with its probability among those of
     /// the region.
     #[inline]
     pub fn sample_in(&self, region: usize, u: Vec2) -> TiledSample {
+        self.sample_tile(&self.choose_tile(Some(region), u))
+    }
+
+    /// The first half of [`Tiled2D::sample_in`], or of [`Tiled2D::sample`] without a region: a
+    /// tile. All that is read is in the cache.
+    #[inline]
+    pub fn choose_tile(&self, region: Option<usize>, u: Vec2) -> TileChoice {
+        let (region, u, pmf_region) = match region {
+            Some(region) => (region, u, 1.0),
+            None => {
+                let ([x, y], u, pmf) = self.outer.sample(0, u);
+                (y * self.regions[0] + x, u, pmf)
+            }
+        };
         let ([tx, ty], u, pmf_tile) = self.inner.sample(region, u);
-        let tile = &self.cells[(region * self.tiles[1] + ty) * self.tiles[0] + tx];
+        let x = region % self.regions[0] * self.region_size[0] + tx * SIDE;
+        let y = region / self.regions[0] * self.region_size[1] + ty * SIDE;
+        let tile = (region * self.tiles[1] + ty) * self.tiles[0] + tx;
+        TileChoice { tile, corner: [x, y], pmf: pmf_region * pmf_tile, u }
+    }
+
+    /// Reads what [`Tiled2D::sample_tile`] will need. Whoever draws several samples lets the
+    /// memory work on all of them at once.
+    #[inline(always)]
+    pub fn touch(&self, choice: &TileChoice) {
+        let tile = &self.cells[choice.tile];
+        std::hint::black_box((tile.rows[0], tile.columns[SIDE / 2][0], tile.columns[SIDE - 1][0]));
+    }
+
+    /// The second half of [`Tiled2D::sample_in`]: a cell.
+    #[inline]
+    pub fn sample_tile(&self, choice: &TileChoice) -> TiledSample {
+        let TileChoice { tile, corner: [x, y], pmf, u } = *choice;
+        let tile = &self.cells[tile];
         let (row, v, pmf_row) = choose(&tile.rows, TILE_UNITS, u.y);
         let (column, u, pmf_column) = choose(&tile.columns[row], TILE_UNITS, u.x);
-        let x = region % self.regions[0] * self.region_size[0] + tx * SIDE + column;
-        let y = region / self.regions[0] * self.region_size[1] + ty * SIDE + row;
-        TiledSample { cell: [x, y], pmf: pmf_tile * (pmf_row * pmf_column), u: Vec2::new(u, v) }
+        let pmf = pmf * (pmf_row * pmf_column);
+        TiledSample { cell: [x + column, y + row], pmf, u: Vec2::new(u, v) }
     }
 
     /// Probability of a cell of the grid.

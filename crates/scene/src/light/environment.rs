@@ -148,24 +148,16 @@ impl Environment {
         Some(self.seen(scene, from, wi, pdf_w, le))
     }
 
-    /// The first half of [`Environment::sample_li`]: the cell of an image, which is then read.
+    /// The image around the scene, for samples that are drawn step by step.
     #[inline]
-    pub(super) fn choose(&self, region: Option<u32>, u: Vec2) -> Option<TiledSample> {
+    pub(super) fn sky(&self) -> Option<&Sky> {
         match &self.source {
             Source::Constant(_) => None,
-            Source::Image(sky) => sky.choose(region, u),
+            Source::Image(sky) => Some(sky),
         }
     }
 
-    /// Reads the texels of a cell that was chosen.
-    #[inline(always)]
-    pub(super) fn touch(&self, cell: &TiledSample) {
-        if let Source::Image(sky) = &self.source {
-            sky.touch(cell);
-        }
-    }
-
-    /// The second half of [`Environment::sample_li`].
+    /// The last step of [`Environment::sample_li`].
     #[inline]
     pub(super) fn sample_li_of_cell(
         &self,

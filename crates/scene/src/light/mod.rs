@@ -13,6 +13,7 @@ mod bvh;
 mod cone;
 mod environment;
 mod learned;
+mod pack;
 mod pair;
 mod point;
 mod selection;
@@ -30,7 +31,6 @@ use crate::Scene;
 use crate::surface::Surface;
 use bvh::LightBvh;
 use kaustika_math::{Ray, Vec2, Vec3};
-use kaustika_sampling::distribution::TiledSample;
 use kaustika_spectra::{Spectrum, Wavelengths};
 
 /// A direction from a scene point to a light.
@@ -146,41 +146,6 @@ impl Light {
             Light::Environment(l) => l.sample_li(scene, from, region, u, lambda),
             Light::Projection(l) => l.sample_li(scene, from, u, lambda),
             Light::Goniometric(l) => l.sample_li(scene, from, u, lambda),
-        }
-    }
-
-    /// The first half of [`Light::sample_li_in`] where it would wait for memory, the cell of an
-    /// environment's image; `None` elsewhere. Whoever needs several samples chooses all cells,
-    /// [touches](Light::touch) all, then draws all samples, so that the waits are one.
-    #[inline]
-    pub fn choose_cell(&self, choice: &LightChoice) -> Option<TiledSample> {
-        match self {
-            Light::Environment(l) => l.choose(choice.region, choice.u),
-            _ => None,
-        }
-    }
-
-    /// Reads what the sample of a cell will need.
-    #[inline(always)]
-    pub fn touch(&self, cell: &TiledSample) {
-        if let Light::Environment(l) = self {
-            l.touch(cell);
-        }
-    }
-
-    /// [`Light::sample_li_in`] for a choice, whose cell has been chosen if it has one.
-    #[inline]
-    pub fn sample_li_of(
-        &self,
-        scene: &Scene,
-        from: Vec3,
-        choice: &LightChoice,
-        cell: Option<&TiledSample>,
-        lambda: &Wavelengths,
-    ) -> Option<LightSample> {
-        match (self, cell) {
-            (Light::Environment(l), Some(cell)) => l.sample_li_of_cell(scene, from, cell, lambda),
-            _ => self.sample_li_in(scene, from, choice.region, choice.u, lambda),
         }
     }
 

@@ -18,7 +18,9 @@ use super::texels::{Texels, blend};
 use crate::description::EnvironmentLayout;
 use crate::texture::ImageMap;
 use kaustika_math::{INV_PI, Transform, Vec2, Vec3, safe_acos, warp};
-use kaustika_sampling::distribution::{Tiled2D, TiledSample, bilinear_pdf, sample_bilinear};
+use kaustika_sampling::distribution::{
+    TileChoice, Tiled2D, TiledSample, bilinear_pdf, sample_bilinear,
+};
 use kaustika_spectra::{Spectrum, Wavelengths};
 use std::f32::consts::PI;
 
@@ -126,7 +128,7 @@ impl Sky {
     #[inline]
     pub fn sample(&self, region: Option<u32>, u: Vec2) -> Option<SkySample> {
         match self.choose(region, u) {
-            Some(cell) => self.sample_cell(&cell),
+            Some(tile) => self.sample_cell(&self.cell(&tile)?),
             None => {
                 let d = warp::uniform_sphere(u);
                 Some((self.world(d), warp::UNIFORM_SPHERE_PDF_W, self.radiance(d)))
@@ -134,18 +136,28 @@ impl Sky {
         }
     }
 
-    /// The first half of [`Sky::sample`], a cell; `None` if directions are uniform.
+    /// The first step of [`Sky::sample`], a tile, which is then [touched](Sky::touch_tile).
+    /// `None` if directions are uniform.
     #[inline]
-    pub fn choose(&self, region: Option<u32>, u: Vec2) -> Option<TiledSample> {
-        let cells = self.cells.as_ref()?;
-        Some(match region {
-            Some(region) => cells.sample_in(region as usize, u),
-            None => cells.sample(u),
-        })
+    pub fn choose(&self, region: Option<u32>, u: Vec2) -> Option<TileChoice> {
+        Some(self.cells.as_ref()?.choose_tile(region.map(|r| r as usize), u))
     }
 
-    /// Reads what [`Sky::sample_cell`] will need. Whoever has several cells to look up lets the
-    /// memory work on all of them at once.
+    /// Reads what [`Sky::cell`] will need.
+    #[inline(always)]
+    pub fn touch_tile(&self, tile: &TileChoice) {
+        if let Some(cells) = &self.cells {
+            cells.touch(tile);
+        }
+    }
+
+    /// The second step of [`Sky::sample`], a cell, which is then [touched](Sky::touch).
+    #[inline]
+    pub fn cell(&self, tile: &TileChoice) -> Option<TiledSample> {
+        Some(self.cells.as_ref()?.sample_tile(tile))
+    }
+
+    /// Reads what [`Sky::sample_cell`] will need.
     #[inline(always)]
     pub fn touch(&self, s: &TiledSample) {
         let [x, y] = s.cell;
@@ -155,7 +167,7 @@ impl Sky {
         }
     }
 
-    /// The second half of [`Sky::sample`], a direction of a cell.
+    /// The last step of [`Sky::sample`], a direction of a cell.
     #[inline]
     pub fn sample_cell(&self, s: &TiledSample) -> Option<SkySample> {
         let t = match self.layout {

@@ -152,7 +152,11 @@ impl BitmapSampler {
         let indices = [row0 + i0, row0 + i1, row1 + i0, row1 + i1];
         match level {
             0 => fetch_four(&self.source.bitmap, &self.decode, indices),
-            n => indices.map(|index| self.levels[n - 1].texels[index]),
+            n => {
+                let texels = &self.levels[n - 1].texels;
+                let [a, b, c, d] = indices;
+                [texels[a], texels[b], texels[c], texels[d]]
+            }
         }
     }
 

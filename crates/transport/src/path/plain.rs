@@ -207,44 +207,33 @@ impl Integrator<'_> {
         let scene = self.scene();
         let (p, ng) = (s.p.to_rows(), ng.to_rows());
         let column = |v: &[Row; 3], lane: usize| Vec3::new(v[0][lane], v[1][lane], v[2][lane]);
-        // Step by step for all paths: what one of them waits for, another may meanwhile fetch.
         let mut choices = [None; LANES];
-        let mut cells = [None; LANES];
         for lane in lanes_of(wanted) {
             let (u, u2) = (at.u[4][lane], Vec2::new(at.u[0][lane], at.u[1][lane]));
-            choices[lane] = self.lights.sample(column(&p, lane), column(&ng, lane), u, u2);
-        }
-        for (cell, choice) in cells.iter_mut().zip(&choices) {
-            *cell = choice.and_then(|c| scene.light(c.light).choose_cell(&c));
-        }
-        for (cell, choice) in cells.iter().zip(&choices) {
-            if let (Some(cell), Some(choice)) = (cell, choice) {
-                scene.light(choice.light).touch(cell);
-            }
+            let choice = self.lights.sample(column(&p, lane), column(&ng, lane), u, u2);
+            choices[lane] =
+                choice.filter(|c| self.mis.samples_lights() || scene.light(c.light).is_delta());
         }
         let mut rows = [[0.0; LANES]; 15];
         let mut delta = 0;
-        for lane in lanes_of(wanted) {
-            let Some(choice) = &choices[lane] else { continue };
-            let light = scene.light(choice.light);
-            if !light.is_delta() && !self.mis.samples_lights() {
-                continue;
-            }
-            let (p, lambda) = (column(&p, lane), &lambdas[lane]);
-            let sample = light.sample_li_of(scene, p, choice, cells[lane].as_ref(), lambda);
-            let Some(l) = &sample else { continue };
-            delta |= u32::from(l.delta) << lane;
-            let reach = l.n.abs().dot(l.p_error);
-            let [r, g, b, w] = l.le.0;
-            let all = [
-                [l.wi.x, l.wi.y, l.wi.z, l.p.x, l.p.y],
-                [l.p.z, l.n.x, l.n.y, l.n.z, reach],
-                [choice.p * l.pdf_w, r, g, b, w],
-            ];
-            for (row, v) in rows.iter_mut().zip(all.as_flattened()) {
-                row[lane] = *v;
-            }
-        }
+        scene.sample_li_all(
+            &choices,
+            |lane| column(&p, lane),
+            |lane| lambdas[lane],
+            |lane, choice, l| {
+                delta |= u32::from(l.delta) << lane;
+                let reach = l.n.abs().dot(l.p_error);
+                let [r, g, b, w] = l.le.0;
+                let all = [
+                    [l.wi.x, l.wi.y, l.wi.z, l.p.x, l.p.y],
+                    [l.p.z, l.n.x, l.n.y, l.n.z, reach],
+                    [choice.p * l.pdf_w, r, g, b, w],
+                ];
+                for (row, v) in rows.iter_mut().zip(all.as_flattened()) {
+                    row[lane] = *v;
+                }
+            },
+        );
         let [wx, wy, wz, px, py, pz, nx, ny, nz, reach, pdf_w, r, g, b, w] = rows.map(Lanes::new);
         let at = Vec3s { x: px, y: py, z: pz };
         let n = Vec3s { x: nx, y: ny, z: nz };
