@@ -12,6 +12,11 @@ use crate::stream::{MAX_ITEMS, Segment, Tree, stream_stack_size};
 use crate::traverse::{self, LARGE_STACK, SMALL_STACK, stack_size};
 use crate::triangle::{BLOCK, TriangleBlock};
 
+/// Up to so many triangles leaves have at most [`FEW_IN_LEAF`]. Crowds hold every triangle of a leaf
+/// against all their rays, so that boxes pay sooner; and there is memory enough.
+const FEW: usize = 4096;
+const FEW_IN_LEAF: usize = 4;
+
 /// Where a ray meets a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TriangleHit {
@@ -51,7 +56,8 @@ impl TriangleBvh {
             let finite = p.iter().all(|p| p.is_finite());
             (finite && has_area(p)).then(|| Bounds3::new(p[0], p[1]).with_point(p[2]))
         });
-        let tree = WideTree::<WIDTH>::build(&mut refs, BLOCK, options);
+        let leaf_size = if refs.len() <= FEW { FEW_IN_LEAF } else { BLOCK };
+        let tree = WideTree::<WIDTH>::build(&mut refs, leaf_size, options);
         let nodes = Array::collect(tree.nodes.map(Node::new));
         let blocks = Array::collect(tree.leaves.map(&refs, |leaf| {
             TriangleBlock::new(leaf.iter().map(|r| {
