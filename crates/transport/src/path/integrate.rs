@@ -183,7 +183,7 @@ impl<'a> Integrator<'a> {
         // Add what it emits toward the path: the BSDF's term of (1).
         let shown = self.shows(walk.depth);
         let Some(hit) = hit else {
-            walk.radiance += self.from_outside(walk);
+            walk.radiance += self.outside(walk);
             return Vertex::END;
         };
         let mut surface = scene.geometry.surface(hit, &ray);
@@ -255,7 +255,7 @@ impl<'a> Integrator<'a> {
 
     /// What a path finds whose ray met nothing: the BSDF's term of (1).
     #[inline]
-    pub(super) fn from_outside(&self, walk: &Walk) -> Spectrum {
+    pub(super) fn outside(&self, walk: &Walk) -> Spectrum {
         if !self.shows(walk.depth) {
             return Spectrum::ZERO;
         }

@@ -166,7 +166,7 @@ impl<'a> Wave<'a> {
         }
         let pack = &mut self.packs[i / LANES];
         let walk = pack.get(i, self.segments[i], self.lambdas[i]);
-        pack.add(i % LANES, integrator.from_outside(&walk));
+        pack.add(i % LANES, integrator.outside(&walk));
     }
 
     /// Takes one path on; false if it ends.
