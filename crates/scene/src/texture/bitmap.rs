@@ -222,11 +222,15 @@ fn decode_table(encoding: Encoding) -> Box<[f32; 256]> {
     Box::new(std::array::from_fn(|code| linear(code as f32 / 255.0, encoding)))
 }
 
+#[inline]
 fn wrap(i: i64, n: i64, mode: Wrap) -> Option<usize> {
+    // Nearly always, and without a division.
+    if (0..n).contains(&i) {
+        return Some(i as usize);
+    }
     let w = match mode {
         Wrap::Repeat => i.rem_euclid(n),
         Wrap::Clamp => i.clamp(0, n - 1),
-        Wrap::Black if (0..n).contains(&i) => i,
         Wrap::Black => return None,
         Wrap::Mirror => {
             let k = i.rem_euclid(2 * n);

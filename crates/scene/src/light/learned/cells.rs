@@ -16,14 +16,26 @@ const DIRECTIONS: usize = 6;
 pub(super) struct Cells {
     /// The first are the roots.
     nodes: Vec<Node>,
+    /// Steps from each root to the deepest node under it.
+    depths: [u32; DIRECTIONS],
 }
 
+/// Points below `at` along the axis are in the node `below`, the others in the next one. Below a
+/// cell, where `at` is infinite, is the cell itself: every search may take as many steps as the
+/// deepest needs, and no step has to be told from the last.
 #[derive(Clone, Copy, Debug)]
-enum Node {
-    /// Points below `at` along the axis are in the node `below`, the others in the next one.
-    Inner { axis: u32, at: f32, below: u32 },
-    /// Number of the cell.
-    Cell(u32),
+struct Node {
+    axis: u32,
+    at: f32,
+    below: u32,
+    /// Number of the cell, if it is one.
+    cell: u32,
+}
+
+impl Node {
+    fn cell(node: usize, cell: usize) -> Node {
+        Node { axis: 0, at: f32::INFINITY, below: node as u32, cell: cell as u32 }
+    }
 }
 
 /// The nodes' family, for those who learn.
@@ -38,42 +50,43 @@ impl Cells {
     /// For these points, which are put in the cells' order.
     pub fn new(points: &mut [ShadingPoint]) -> (Cells, Family) {
         points.sort_by_key(|p| direction(p.n));
-        let mut nodes = vec![Node::Cell(0); DIRECTIONS];
+        let mut nodes: Vec<Node> = (0..DIRECTIONS).map(|root| Node::cell(root, 0)).collect();
+        let mut depths = [0; DIRECTIONS];
         let mut family = Family { parents: vec![None; DIRECTIONS], cells: Vec::new() };
         let mut open = Vec::new();
         for root in (0..DIRECTIONS).rev() {
             let start = points.partition_point(|p| direction(p.n) < root);
             let end = points.partition_point(|p| direction(p.n) <= root);
-            open.push((root, start..end));
+            open.push((root, 0, root, start..end));
         }
-        while let Some((node, range)) = open.pop() {
+        while let Some((node, depth, root, range)) = open.pop() {
+            depths[root] = depths[root].max(depth);
             let part = &mut points[range.clone()];
             let Some((axis, at)) = split(part) else {
-                nodes[node] = Node::Cell(family.cells.len() as u32);
+                nodes[node] = Node::cell(node, family.cells.len());
                 family.cells.push((node, range));
                 continue;
             };
             let (below, middle) = (nodes.len(), range.start + part.len() / 2);
-            nodes[node] = Node::Inner { axis: axis as u32, at, below: below as u32 };
-            nodes.extend([Node::Cell(0); 2]);
+            nodes[node] = Node { axis: axis as u32, at, below: below as u32, cell: 0 };
+            nodes.extend([below, below + 1].map(|child| Node::cell(child, 0)));
             family.parents.extend([Some(node); 2]);
-            open.extend([(below + 1, middle..range.end), (below, range.start..middle)]);
+            let (first, second) = (range.start..middle, middle..range.end);
+            open.push((below + 1, depth + 1, root, second));
+            open.push((below, depth + 1, root, first));
         }
-        (Cells { nodes }, family)
+        (Cells { nodes, depths }, family)
     }
 
     /// The cell of a point with a normal, wherever it is.
     #[inline]
     pub fn find(&self, p: Vec3, n: Vec3) -> usize {
         let mut node = direction(n);
-        loop {
-            match self.nodes[node] {
-                Node::Inner { axis, at, below } => {
-                    node = below as usize + usize::from(p[axis as usize] >= at);
-                }
-                Node::Cell(cell) => return cell as usize,
-            }
+        for _ in 0..self.depths[node] {
+            let Node { axis, at, below, .. } = self.nodes[node];
+            node = below as usize + usize::from(p[axis as usize] >= at);
         }
+        self.nodes[node].cell as usize
     }
 }
 
