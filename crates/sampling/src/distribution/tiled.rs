@@ -56,7 +56,9 @@ pub struct TileChoice {
     tile: usize,
     /// Its first cell.
     corner: [usize; 2],
-    pmf: f32,
+    /// Probability of its region, 1 if that was given, and its own in the region.
+    pmf_region: f32,
+    pmf_tile: f32,
     /// What is left of the two numbers.
     u: Vec2,
 }
@@ -176,7 +178,7 @@ impl Tiled2D {
         let x = region % self.regions[0] * self.region_size[0] + tx * SIDE;
         let y = region / self.regions[0] * self.region_size[1] + ty * SIDE;
         let tile = (region * self.tiles[1] + ty) * self.tiles[0] + tx;
-        TileChoice { tile, corner: [x, y], pmf: pmf_region * pmf_tile, u }
+        TileChoice { tile, corner: [x, y], pmf_region, pmf_tile, u }
     }
 
     /// Reads what [`Tiled2D::sample_tile`] will need. Whoever draws several samples lets the
@@ -190,11 +192,11 @@ impl Tiled2D {
     /// The second half of [`Tiled2D::sample_in`]: a cell.
     #[inline]
     pub fn sample_tile(&self, choice: &TileChoice) -> TiledSample {
-        let TileChoice { tile, corner: [x, y], pmf, u } = *choice;
+        let TileChoice { tile, corner: [x, y], pmf_region, pmf_tile, u } = *choice;
         let tile = &self.cells[tile];
         let (row, v, pmf_row) = choose(&tile.rows, TILE_UNITS, u.y);
         let (column, u, pmf_column) = choose(&tile.columns[row], TILE_UNITS, u.x);
-        let pmf = pmf * (pmf_row * pmf_column);
+        let pmf = pmf_region * (pmf_tile * (pmf_row * pmf_column));
         TiledSample { cell: [x + column, y + row], pmf, u: Vec2::new(u, v) }
     }
 
