@@ -26,7 +26,7 @@ fn path(bencher: Bencher, kind: SamplerKind) {
         let mut sum = 0.0;
         for x in 0..PIXELS {
             let mut sampler = plan.start([x, 17], pass);
-            let p = sampler.get_pixel_2d();
+            let p = sampler.get_2d();
             sum += p.x + p.y;
             for _ in 0..VERTICES {
                 // A light, a point of it, a direction: as `path` draws them.

@@ -148,12 +148,6 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// The position in the pixel; to be drawn first, so that it takes the best dimensions.
-    #[inline]
-    pub fn get_pixel_2d(&mut self) -> Vec2 {
-        self.get_2d()
-    }
-
     /// How many numbers have been drawn, counted from the start or the last
     /// [`seek`](Self::seek).
     #[inline]

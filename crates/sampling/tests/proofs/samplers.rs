@@ -35,7 +35,7 @@ fn values_are_in_range_and_repeat() {
                             s.seek(d);
                             let a = s.get_1d();
                             let b = s.get_2d();
-                            let c = s.get_pixel_2d();
+                            let c = s.get_2d();
                             assert_eq!(s.dimension(), d + 5);
                             let v = s.get_vertex();
                             assert_eq!(s.dimension(), d + 5 + VERTEX_NUMBERS as u32);
