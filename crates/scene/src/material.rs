@@ -248,9 +248,19 @@ impl Materials {
         &self.models[id.0 as usize]
     }
 
-    /// True if reflecting materials reflect on both sides without being asked.
-    pub(crate) fn two_sided(&self) -> bool {
-        self.two_sided
+    /// True if a material reflects on both sides without being asked, as all that pbrt knows and
+    /// that only reflect.
+    pub(crate) fn is_two_sided(&self, id: MaterialId) -> bool {
+        use MaterialModel as M;
+        let reflects = matches!(
+            self.models[id.0 as usize],
+            M::Diffuse { .. }
+                | M::Conductor { .. }
+                | M::CoatedDiffuse { .. }
+                | M::CoatedConductor { .. }
+                | M::Plastic { .. }
+        );
+        self.two_sided && reflects
     }
 
     /// How microfacets' masking and shadowing combine.
@@ -285,16 +295,9 @@ impl Materials {
 
     fn add<'a>(&'a self, id: MaterialId, place: Place, hit: &mut Hit, out: &mut Bsdf<'a>) {
         use MaterialModel as M;
-        let reflects = matches!(
-            self.models[id.0 as usize],
-            M::Diffuse { .. }
-                | M::Conductor { .. }
-                | M::CoatedDiffuse { .. }
-                | M::CoatedConductor { .. }
-                | M::Plastic { .. }
-        );
         let behind = place.frame.n.dot(hit.wo) < 0.0;
-        let place = Place { back: place.back || (self.two_sided && reflects && behind), ..place };
+        let turns = behind && self.is_two_sided(id);
+        let place = Place { back: place.back || turns, ..place };
         let model: Model<'a> = match &self.models[id.0 as usize] {
             M::Mix { a, b, amount } => {
                 let t = hit.float(*amount).clamp(0.0, 1.0);

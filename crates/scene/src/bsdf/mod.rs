@@ -58,6 +58,7 @@ pub use null::Null;
 pub use oren_nayar::OrenNayar;
 pub use phong::Phong;
 pub use plastic::{Plastic, PlasticCoat};
+pub(crate) use principled::facets as principled_facets;
 pub use principled::{
     Principled, PrincipledParameters, PrincipledThin, PrincipledThinParameters, eta_from_specular,
 };

@@ -1,24 +1,28 @@
-//! Shapes of plain materials: Lambert's diffuse reflection, bare or under a rough clear coat.
+//! Shapes of plain materials: Lambert's diffuse reflection, bare or under a rough clear coat, and
+//! the frequent kind of the principled model.
 
 use super::coat::Coat;
+use super::gloss::Gloss;
+use super::principled::PrincipledLobes;
 use crate::description::{MaterialId, MaterialModel, TextureId};
 use crate::material::Materials;
 use crate::scene::ShapeInfo;
 use crate::texture::Textures;
 use kaustika_spectra::{ColorMode, Spectrum, Wavelengths};
 
-/// A shape that reflects as [`Diffuse`](crate::bsdf::Diffuse) or
-/// [`RoughPlastic`](crate::bsdf::RoughPlastic), on both sides alike if on the back at all.
+/// A shape that reflects as [`Diffuse`](crate::bsdf::Diffuse),
+/// [`RoughPlastic`](crate::bsdf::RoughPlastic) or [`Principled`](crate::bsdf::Principled), on both
+/// sides alike if on the back at all.
 #[derive(Clone, Debug)]
 pub struct Plain {
-    /// Albedo of the matte base.
+    /// Albedo of the matte base, or the principled model's base colour.
     pub reflectance: TextureId,
     /// The albedo, where it is the same everywhere and for all paths.
     pub constant: Option<Spectrum>,
     /// True if the back reflects too.
     pub two_sided: bool,
     /// What lies over the base.
-    pub coat: Option<Coat>,
+    pub gloss: Option<Gloss>,
 }
 
 impl Plain {
@@ -34,15 +38,19 @@ impl Plain {
             ColorMode::Rgb => textures.uniform(id, &Wavelengths::rgb()),
             ColorMode::Spectral => None,
         };
-        let plain = |reflectance, coat| {
-            Some(Plain { reflectance, constant: uniform(reflectance), two_sided, coat })
+        let plain = |reflectance, gloss| {
+            Some(Plain { reflectance, constant: uniform(reflectance), two_sided, gloss })
         };
         match materials.model(leaf) {
             MaterialModel::Diffuse { reflectance } => plain(*reflectance, None),
             MaterialModel::Plastic { diffuse_reflectance, specular_reflectance, .. } => {
                 let specular = uniform(*specular_reflectance)?;
                 let coat = Coat::of(materials, textures, leaf, specular)?;
-                plain(*diffuse_reflectance, Some(coat))
+                plain(*diffuse_reflectance, Some(Gloss::Coat(coat)))
+            }
+            MaterialModel::Principled(desc) => {
+                let lobes = PrincipledLobes::of(desc, textures)?;
+                plain(desc.base_color, Some(Gloss::Principled(lobes)))
             }
             _ => None,
         }
@@ -59,7 +67,7 @@ impl Materials {
                 Some((leaf, true))
             }
             MaterialModel::TwoSided { .. } => None,
-            _ => Some((id, self.two_sided())),
+            _ => Some((id, self.is_two_sided(id))),
         }
     }
 }

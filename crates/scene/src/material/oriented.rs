@@ -24,6 +24,7 @@ pub(super) fn is_oriented(all: &[MaterialDesc], id: MaterialId, textures: &Textu
         | M::Null { .. } => false,
         M::Conductor { roughness, .. } | M::Dielectric { roughness, .. } => stretched(roughness),
         M::Plastic { roughness, .. } => roughness.as_ref().is_some_and(stretched),
+        M::Principled(desc) => textures.constant(desc.anisotropic) != Some(0.0),
         M::Mix { a, b, .. } => part(a) || part(b),
         M::Sum { parts } => parts.iter().any(|(_, id)| part(id)),
         M::Mask { material, .. } => part(material),

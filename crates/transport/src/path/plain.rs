@@ -7,7 +7,7 @@ use crate::roulette::WalkStates;
 use kaustika_math::lanes::{LANES, Lanes, Row, Vec3s, cosine_hemisphere, mask_of};
 use kaustika_math::{INV_PI, Vec2, Vec3};
 use kaustika_sampling::sampler::VERTEX_NUMBERS;
-use kaustika_scene::lanes::{Coats, LampSamples, Plain, SurfaceHits, Surfaces, shadow_end};
+use kaustika_scene::lanes::{Glosses, LampSamples, Plain, SurfaceHits, Surfaces, shadow_end};
 use kaustika_spectra::{Spectrum, Wavelengths};
 
 /// What the rays of a pack met, where it is plain.
@@ -19,9 +19,9 @@ pub(super) struct PlainHits<'a> {
     pub(super) surfaces: SurfaceHits,
     /// Distances.
     pub(super) t: Row,
-    /// Albedo of the bare surface, or what is left of it under a coat.
+    /// Albedo of the bare surface, or what a glossy lobe makes of it.
     pub(super) base: [Row; 4],
-    pub(super) coats: Coats<'a>,
+    pub(super) glosses: Glosses<'a>,
     /// Lanes whose surfaces reflect on their back.
     pub(super) two_sided: u32,
     /// The vertices' random numbers.
@@ -32,8 +32,8 @@ impl<'a> PlainHits<'a> {
     /// Sets what a lane's surface is made of, its albedo `rho`.
     #[inline(always)]
     pub(super) fn set_material(&mut self, lane: usize, plain: &'a Plain, rho: Spectrum) {
-        let base = match &plain.coat {
-            Some(coat) => self.coats.set(lane, coat, rho),
+        let base = match &plain.gloss {
+            Some(gloss) => self.glosses.set(lane, gloss, rho),
             None => rho,
         };
         self.base.iter_mut().zip(base.0).for_each(|(row, v)| row[lane % LANES] = v);
@@ -86,15 +86,15 @@ impl Integrator<'_> {
         let t = (-t).or(behind, t);
         let to_local = |v: Vec3s| Vec3s { x: v.dot(b), y: v.dot(t), z: v.dot(n) };
         let base = at.base.map(Lanes::new);
-        let coated = at.coats.lanes != 0;
+        let glossy = at.glosses.lanes();
         let wo = -to_local(d);
-        let seen = coated.then(|| at.coats.seen(wo));
+        let seen = (glossy != 0).then(|| at.glosses.seen(wo));
         let eval_pdf = |wi: Vec3s| match &seen {
-            Some(seen) => at.coats.eval_pdf(seen, &base, wi),
+            Some(seen) => at.glosses.eval_pdf(seen, &base, wi),
             None => (base.map(|rho| rho * inv_pi * wi.z), wi.z * inv_pi),
         };
 
-        let some = (base[0] + base[1] + base[2] + base[3]).simd_gt(zero) | mask_of(at.coats.lanes);
+        let some = (base[0] + base[1] + base[2] + base[3]).simd_gt(zero) | mask_of(glossy);
         let depth = pack.depths();
         let open = depth.simd_lt(Lanes::splat(self.max_depth as f32));
         let live = lanes & (toward.simd_gt(zero) | (behind & mask_of(at.two_sided))) & some & open;
@@ -124,11 +124,11 @@ impl Integrator<'_> {
         let mut wi = cosine_hemisphere([u[2], u[3]]);
         let (mut pdf_w, mut weight) = (wi.z * inv_pi, base);
         if let Some(seen) = &seen {
-            wi = at.coats.sample(seen, u[5], [u[2], u[3]], wi);
+            wi = at.glosses.sample(seen, u[5], [u[2], u[3]], wi);
             let (f, pdf) = eval_pdf(wi);
-            let of_coat = mask_of(at.coats.lanes);
+            let glossy = mask_of(glossy);
             pdf_w = pdf;
-            weight = std::array::from_fn(|i| of_coat.select(f[i] / pdf, base[i]));
+            weight = std::array::from_fn(|i| glossy.select(f[i] / pdf, base[i]));
         }
         let d = (n * wi.z).plus(b, wi.x).plus(t, wi.y);
         beta = std::array::from_fn(|i| beta[i] * weight[i]); // (2)

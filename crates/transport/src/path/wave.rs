@@ -138,7 +138,8 @@ impl<'a> Wave<'a> {
     fn shade(&mut self, integrator: &Integrator<'a>, first: usize, stats: &mut PassStats) {
         let count = (self.segments.len() - first).min(LANES);
         let mut alive = 0;
-        (self.plain.lanes, self.plain.coats.lanes) = (0, 0);
+        self.plain.lanes = 0;
+        self.plain.glosses.clear();
         for lane in 0..count {
             let i = first + lane;
             let Some(hit) = self.batch.hit(i) else {

@@ -13,6 +13,7 @@ use kaustika_sampling::estimator::RunningMean;
 use kaustika_sampling::{SamplerConfig, SamplerKind};
 use kaustika_scene::Scene;
 use kaustika_scene::description::*;
+use kaustika_scene::lanes::Gloss;
 use kaustika_spectra::ColorMode;
 use kaustika_transport::path::PathTracer;
 use kaustika_transport::{Frame, Method, PassStats, Workers};
@@ -116,6 +117,33 @@ fn plastic(stage: &mut Stage, alpha: f32, rho: f32, nonlinear: bool) -> Material
     })
 }
 
+/// The principled model with a base colour and nothing but the diffuse part and the main lobe.
+fn principled(
+    stage: &mut Stage,
+    base_color: TextureId,
+    roughness: f32,
+    metallic: f32,
+) -> MaterialId {
+    let (zero, roughness) = (stage.d.float(0.0), stage.d.float(roughness));
+    let metallic = stage.d.float(metallic);
+    stage.material(MaterialModel::Principled(PrincipledDesc {
+        thin: false,
+        base_color,
+        roughness,
+        anisotropic: zero,
+        metallic,
+        spec_trans: zero,
+        diff_trans: zero,
+        eta: 1.5,
+        spec_tint: zero,
+        sheen: zero,
+        sheen_tint: zero,
+        flatness: zero,
+        clearcoat: zero,
+        clearcoat_gloss: zero,
+    }))
+}
+
 /// A room with everything that is shaded sixteen at a time, and things that are not.
 fn room(format: SourceFormat) -> Stage {
     let mut stage = Stage::new();
@@ -133,6 +161,17 @@ fn room(format: SourceFormat) -> Stage {
         plastic(&mut stage, 0.4, 0.6, false),
     );
     let both = stage.two_sided(shiny);
+    let part_metal = principled(&mut stage, reflectance, 0.35, 0.6);
+    let part_metal = stage.two_sided(part_metal);
+    // Seen from behind.
+    let tilted = at(1.7, 0.6, 0.5) * rotate(70.0, Vec3::Y);
+    stage.shape(GeometryDesc::Rectangle, tilted, part_metal);
+    let (dielectric, gold) = (
+        principled(&mut stage, reflectance, 0.6, 0.0),
+        principled(&mut stage, reflectance, 0.25, 1.0),
+    );
+    stage.shape(waves(7), at(-1.4, -0.3, 0.1) * scale(0.5, 0.5, 0.5), dielectric);
+    stage.shape(waves(4), at(1.0, -1.3, 0.65) * scale(0.35, 0.35, 0.35), gold);
     stage.shape(waves(12), at(-0.2, 0.3, 0.0), both);
     stage.shape(GeometryDesc::Rectangle, at(0.0, 2.0, 1.0) * rotate(90.0, Vec3::X), dull);
     // Seen from behind, where it is black.
@@ -159,7 +198,9 @@ fn few_lamps_in_rooms_of_three_formats() {
         square_lamp(&mut stage, 0.8, 4.0);
         let scene = stage.build();
         assert!(scene.lamps.is_some());
-        assert!(scene.plains.iter().flatten().any(|p| p.coat.is_some()));
+        let glosses = || scene.plains.iter().flatten().filter_map(|p| p.gloss.as_ref());
+        assert!(glosses().any(|g| matches!(g, Gloss::Coat(_))));
+        assert_eq!(glosses().filter(|g| matches!(g, Gloss::Principled(_))).count(), 3);
         for kind in [SamplerKind::Sobol, SamplerKind::Independent, SamplerKind::Halton] {
             let p = json!({ "max_depth": 7, "rr_depth": 2 });
             check(&format!("{format:?} {kind}"), &scene, p, &[], kind);

@@ -28,6 +28,7 @@ mod parts;
 mod tests;
 mod thin;
 
+pub(crate) use parts::facets;
 pub use thin::{PrincipledThin, PrincipledThinParameters};
 
 use super::albedo::microfacet_albedo;
