@@ -71,7 +71,7 @@ pub struct RenderArgs {
     pub seed: Option<u64>,
     /// Threads; 0: one a core
     #[arg(short = 't', long, alias = "nthreads", value_name = "N", default_value_t = 0,
-        value_parser = whole::<usize>, allow_hyphen_values = true)]
+        value_parser = threads, allow_hyphen_values = true)]
     pub threads: usize,
     /// Size of the picture in pixels
     #[arg(long, value_name = "WxH", value_parser = resolution, allow_hyphen_values = true)]
@@ -223,7 +223,7 @@ pub struct RaysArgs {
     pub rays: Vec<PathBuf>,
     /// Threads; 0: one a core
     #[arg(short = 't', long, value_name = "N", default_value_t = 0,
-        value_parser = whole::<usize>, allow_hyphen_values = true)]
+        value_parser = threads, allow_hyphen_values = true)]
     pub threads: usize,
     /// Ask only whether anything is hit, for files whose name does not say
     #[arg(long)]
@@ -287,6 +287,16 @@ fn key_value(text: &str) -> Result<(String, String), String> {
 
 fn whole<T: FromStr>(text: &str) -> Result<T, String> {
     text.parse().map_err(|_| "expected a whole number from 0".into())
+}
+
+/// More than this are a slip of the keyboard, and take minutes to start.
+const MOST_THREADS: usize = 1024;
+
+fn threads(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(n) if n <= MOST_THREADS => Ok(n),
+        _ => Err(format!("expected a whole number from 0 to {MOST_THREADS}")),
+    }
 }
 
 fn count(text: &str) -> Result<u64, String> {

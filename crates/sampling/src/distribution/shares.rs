@@ -7,9 +7,12 @@ use kaustika_math::ONE_MINUS_EPSILON;
 
 /// Where the shares of the weights begin that divide `units` among them, told by index: one unit
 /// for each positive weight, the others in proportion. All begin at 0 if no weight is positive.
-/// There are at least as many units as weights.
+///
+/// # Panics
+/// If there are more positive weights than units.
 pub fn fill_starts(weights: &[f64], units: u32, mut set: impl FnMut(usize, u32)) {
     let positive = weights.iter().filter(|&&w| w > 0.0).count() as u32;
+    assert!(positive <= units, "{positive} shares of {units} units");
     let sum: f64 = weights.iter().sum();
     let (mut before, mut count) = (0.0, 0);
     for (i, &w) in weights.iter().enumerate() {

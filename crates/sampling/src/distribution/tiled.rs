@@ -21,7 +21,7 @@ const UNITS: u32 = 1 << 24;
 /// that stay in the cache, and a tile is three lines. Equal shares of the numbers stay
 /// together: neighbouring numbers give neighbouring places, but at borders of regions and tiles.
 ///
-/// Probabilities are whole numbers of units, so that those of `sample` and `pmf` are the same to
+/// Probabilities are whole numbers of units, so that those of samples and `pmf` are the same to
 /// the bit; a cell with any weight has at least one unit. Regions can also be sampled alone.
 #[derive(Clone, Debug)]
 pub struct Tiled2D {
@@ -150,21 +150,8 @@ impl Tiled2D {
         self.outer.pmf(0, [region % self.regions[0], region / self.regions[0]])
     }
 
-    /// A cell; `u` in [0, 1)².
-    #[inline]
-    pub fn sample(&self, u: Vec2) -> TiledSample {
-        self.sample_tile(&self.choose_tile(None, u))
-    }
-
-    /// A cell of a region that has a positive probability, with its probability among those of
-    /// the region.
-    #[inline]
-    pub fn sample_in(&self, region: usize, u: Vec2) -> TiledSample {
-        self.sample_tile(&self.choose_tile(Some(region), u))
-    }
-
-    /// The first half of [`Tiled2D::sample_in`], or of [`Tiled2D::sample`] without a region: a
-    /// tile. All that is read is in the cache.
+    /// A tile, of a region that has a positive probability if one is given; `u` in [0, 1)². All
+    /// that is read is in the cache.
     #[inline]
     pub fn choose_tile(&self, region: Option<usize>, u: Vec2) -> TileChoice {
         let (region, u, pmf_region) = match region {
@@ -189,7 +176,8 @@ impl Tiled2D {
         std::hint::black_box((tile.rows[0], tile.columns[SIDE / 2][0], tile.columns[SIDE - 1][0]));
     }
 
-    /// The second half of [`Tiled2D::sample_in`]: a cell.
+    /// A cell of a tile that was chosen; its probability is among those of the region, if that
+    /// was given.
     #[inline]
     pub fn sample_tile(&self, choice: &TileChoice) -> TiledSample {
         let TileChoice { tile, corner: [x, y], pmf_region, pmf_tile, u } = *choice;
@@ -208,7 +196,7 @@ impl Tiled2D {
 
     /// Probability of a cell among those of its region.
     #[inline]
-    pub fn pmf_in(&self, [column, row]: [usize; 2]) -> f32 {
+    fn pmf_in(&self, [column, row]: [usize; 2]) -> f32 {
         let region = self.region_of([column, row]);
         let (i, j) = (column % self.region_size[0], row % self.region_size[1]);
         let (tx, ty) = (i / SIDE, j / SIDE);
@@ -280,6 +268,10 @@ mod tests {
     use super::*;
     use kaustika_math::{ONE_MINUS_EPSILON, mix_bits};
 
+    fn draw(d: &Tiled2D, u: Vec2) -> TiledSample {
+        d.sample_tile(&d.choose_tile(None, u))
+    }
+
     /// In [0, 1), by number.
     fn uniform(k: usize) -> f32 {
         (mix_bits(k as u64) >> 40) as f32 / (1u64 << 24) as f32
@@ -334,7 +326,7 @@ mod tests {
                 // Stratified: a cell of probability p gets close to p n² of the points.
                 let (x, y) = (i % n, i / n);
                 let u = Vec2::new(x as f32 + uniform(2 * i), y as f32 + uniform(2 * i + 1));
-                let s = d.sample(u / n as f32);
+                let s = draw(&d, u / n as f32);
                 assert_eq!(s.pmf, d.pmf(s.cell));
                 assert!(s.pmf > 0.0 && (0.0..1.0).contains(&s.u.x) && (0.0..1.0).contains(&s.u.y));
                 seen[s.cell[1] * w + s.cell[0]] += 1;
@@ -352,7 +344,7 @@ mod tests {
                 .flat_map(|r| [(r, Vec2::ZERO), (r, Vec2::splat(0.7))])
             {
                 if d.region_pmf(r) > 0.0 {
-                    let s = d.sample_in(r, u);
+                    let s = d.sample_tile(&d.choose_tile(Some(r), u));
                     assert_eq!((d.region_of(s.cell), s.pmf), (r, d.pmf_in(s.cell)));
                 }
             }
@@ -362,9 +354,9 @@ mod tests {
     #[test]
     fn the_greatest_number_is_one_too() {
         let d = Tiled2D::new(&[0.0, 3.0, 1.0, 0.0], [2, 2], [2, 2]).expect("valid");
-        let s = d.sample(Vec2::splat(ONE_MINUS_EPSILON));
+        let s = draw(&d, Vec2::splat(ONE_MINUS_EPSILON));
         assert_eq!(s.cell, [0, 1]);
-        assert_eq!(d.sample(Vec2::ZERO).cell, [1, 0]);
+        assert_eq!(draw(&d, Vec2::ZERO).cell, [1, 0]);
         assert!(Tiled2D::new(&[0.0; 4], [2, 2], [1, 1]).is_err());
         assert!(Tiled2D::new(&[1.0; 3], [2, 2], [1, 1]).is_err());
     }

@@ -213,14 +213,8 @@ impl Environment {
         match &self.source {
             Source::Constant(l) => l.eval(lambda) * (4.0 * PI * disk * self.scale),
             Source::Image(sky) => {
-                const N: usize = 64;
-                let mut sum = Spectrum::ZERO;
-                for i in 0..N * N {
-                    let u = Vec2::new((i % N) as f32 + 0.5, (i / N) as f32 + 0.5) / N as f32;
-                    let rgb = sky.radiance(warp::uniform_sphere(u));
-                    sum += uplift(SpectrumRole::Illuminant, rgb, lambda);
-                }
-                sum * (4.0 * PI * disk * self.scale / (N * N) as f32)
+                let mean = uplift(SpectrumRole::Illuminant, sky.mean(), lambda);
+                mean * (4.0 * PI * disk * self.scale)
             }
         }
     }

@@ -1,4 +1,4 @@
-//! An image around the scene.
+//! An image around the scene, kept in half floats (see [`Texels`]).
 //!
 //! Latitude-longitude images are interpolated between columns periodically and between rows
 //! that span pole to pole (row 0 at +y, the last at -y), as Mitsuba does; octahedral ones
@@ -35,6 +35,8 @@ pub(super) struct Sky {
     layout: EnvironmentLayout,
     to_world: Transform,
     from_world: Transform,
+    /// Mean RGB over the sphere.
+    mean: [f32; 3],
     /// Probabilities of the cells; `None` where all are black or there are none: directions are
     /// then uniform over the sphere.
     cells: Option<Tiled2D>,
@@ -59,7 +61,8 @@ impl Sky {
             theta.sin().max(0.0) * luminance(rgb)
         });
         let from_world = to_world.inverse();
-        let mut sky = Sky { texels, layout, to_world, from_world, cells: None };
+        let mean = mean(image, layout);
+        let mut sky = Sky { texels, layout, to_world, from_world, mean, cells: None };
         let size @ [w, h] = sky.size();
         let weights: Vec<f32> = (0..w * h).map(|k| sky.weight([k % w, k / w])).collect();
         sky.cells = Tiled2D::new(&weights, size, MOST_REGIONS).ok();
@@ -93,6 +96,11 @@ impl Sky {
                 sum
             }
         }
+    }
+
+    /// Mean RGB over the sphere, to which every texel counts, however small a sun it is.
+    pub fn mean(&self) -> [f32; 3] {
+        self.mean
     }
 
     /// RGB from the light-space direction `d`, unit.
@@ -275,6 +283,36 @@ impl Sky {
     }
 }
 
+/// ∫ RGB dω / 4π of the interpolated image. A row of a latitude-longitude map, δ from its
+/// neighbours, counts with
+///
+/// ```text
+/// ∫ (1 - |x|/δ) sin(θ + x) dx / 2 = sin θ (1 - cos δ)/δ;   at a pole (1 - sin δ/δ)/2
+/// ```
+fn mean(image: &ImageMap, layout: EnvironmentLayout) -> [f32; 3] {
+    let (w, h) = (image.width, image.height);
+    let weight = |y: u32| match layout {
+        EnvironmentLayout::LatLong if h > 1 => {
+            let step = std::f64::consts::PI / f64::from(h - 1);
+            let row = match y == 0 || y == h - 1 {
+                true => 0.5 * (1.0 - step.sin() / step),
+                false => (step * f64::from(y)).sin() * (1.0 - step.cos()) / step,
+            };
+            row / f64::from(w)
+        }
+        _ => 1.0 / (f64::from(w) * f64::from(h)),
+    };
+    let mut sum = [0.0; 3];
+    for y in 0..h {
+        let weight = weight(y);
+        for x in 0..w {
+            let rgb = image.texel(x, y);
+            sum.iter_mut().zip(rgb).for_each(|(sum, v)| *sum += weight * f64::from(v));
+        }
+    }
+    sum.map(|v| v as f32)
+}
+
 /// (u, v) of a direction: u = atan2(x, -z)/2π in [0,1), v = acos(y)/π.
 fn lat_long_square(d: Vec3) -> Vec2 {
     let u = d.x.atan2(-d.z) / (2.0 * PI);
@@ -319,6 +357,30 @@ mod tests {
         assert_eq!(fold(-1, 2, [8, 8]), [0, 5]);
         assert_eq!(fold(3, 8, [8, 8]), [4, 7]);
         assert_eq!(fold(-1, -1, [8, 8]), [7, 7]);
+    }
+
+    /// Against a fine grid of directions; and a sun of one texel, which such a grid may miss.
+    #[test]
+    fn the_mean_is_that_of_all_directions() {
+        for layout in [EnvironmentLayout::LatLong, EnvironmentLayout::EqualArea] {
+            let value = |k: u64| 0.1 + (kaustika_math::mix_bits(k) % 1000) as f32 / 300.0;
+            let mut texels: Vec<[f32; 3]> = (0..24 * 24).map(|k| [value(k), 1.0, 0.0]).collect();
+            let image = ImageMap { width: 24, height: 24, texels: texels.clone() };
+            let sky = Sky::new(&image, layout, Transform::IDENTITY);
+            let n = 400;
+            let grid = (0..n * n).map(|i| {
+                let u = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
+                f64::from(sky.radiance(warp::uniform_sphere(u))[0])
+            });
+            let expected = grid.sum::<f64>() / (n * n) as f64;
+            let [r, g, b] = sky.mean().map(f64::from);
+            assert!((r / expected - 1.0).abs() < 1e-3, "{layout:?} {r} {expected}");
+            assert!((g - 1.0).abs() < 1e-5 && b == 0.0, "{layout:?} {g} {b}");
+            texels.fill([0.0; 3]);
+            texels[24 * 7 + 3] = [1e6; 3];
+            let sun = Sky::new(&ImageMap { texels, ..image }, layout, Transform::IDENTITY);
+            assert!(sun.mean()[0] > 1e6 / 1000.0, "{layout:?}");
+        }
     }
 
     #[test]

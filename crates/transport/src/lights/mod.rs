@@ -1,4 +1,4 @@
-//! Learning where light comes from, for every method that samples lights.
+//! Learning where light comes from, for methods that sample lights; so far `path` does.
 //!
 //! Camera paths without light find the points that matter; the scene's lights are tried from
 //! there ([`LearnedLights`]). How many paths depends on the picture's size alone, so that what

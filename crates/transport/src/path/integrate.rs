@@ -11,7 +11,6 @@
 //! that chose the direction. A weight is 1 where the other technique cannot sample: camera
 //! rays, Dirac lobes, delta lights.
 
-use super::pack::Pack;
 use super::params::PathParams;
 use super::walk::{Previous, Walk};
 use crate::frame::Frame;
@@ -21,10 +20,8 @@ use kaustika_film::accumulate::PixelRecord;
 use kaustika_math::{Ray, Vec2, Vec3};
 use kaustika_sampling::{MisHeuristic, Sampler};
 use kaustika_scene::bsdf::{Bsdf, Lobes, Mode};
-use kaustika_scene::lanes::Plain;
-use kaustika_scene::{
-    CameraRay, Escaped, Hit, LightId, LightSelection, Scene, Segment, Surface, TexturePoint,
-};
+use kaustika_scene::lanes::Lamps;
+use kaustika_scene::{CameraRay, Escaped, Hit, LightId, LightSelection, Scene, Segment, Surface};
 use kaustika_spectra::{Spectrum, Wavelengths};
 
 /// Passages through interfaces a path may make before it is given up.
@@ -36,6 +33,8 @@ pub struct Integrator<'a> {
     scene: &'a Scene,
     frame: &'a Frame,
     pub(super) lights: &'a LightSelection,
+    /// All lights, if they are a few lamps and chosen as the scene does by itself.
+    pub(super) lamps: Option<&'a Lamps>,
     pub(super) max_depth: u32,
     pub(super) only_depth: Option<u32>,
     pub(super) roulette: Roulette,
@@ -78,6 +77,7 @@ impl<'a> Integrator<'a> {
             scene,
             frame,
             lights: &scene.light_selection,
+            lamps: scene.lamps.as_ref(),
             max_depth: params.max_bounces(),
             only_depth: u32::try_from(params.only_depth).ok(),
             roulette: params.roulette(),
@@ -88,7 +88,8 @@ impl<'a> Integrator<'a> {
 
     /// Chooses lights otherwise than the scene does by itself.
     pub fn with_lights(self, lights: &'a LightSelection) -> Integrator<'a> {
-        Integrator { lights, ..self }
+        let lamps = self.lamps.filter(|_| std::ptr::eq(lights, &self.scene.light_selection));
+        Integrator { lights, lamps, ..self }
     }
 
     /// What is rendered.
@@ -262,45 +263,9 @@ impl<'a> Integrator<'a> {
         walk.beta * self.escaped(&walk.segment.ray, &walk.previous, &walk.lambda)
     }
 
-    /// What only some vertices on plain surfaces need, of one path: adds what the surface emits,
-    /// looks up its albedo where that varies, and takes note of the first surface's features. The
-    /// point and its albedo.
-    pub(super) fn plain_extras(
-        &self,
-        plain: &Plain,
-        hit: &Hit,
-        ray: &Ray,
-        lambda: &Wavelengths,
-        pack: &mut Pack,
-        lane: usize,
-        bsdf: &mut Bsdf<'a>,
-        record: Option<&mut PixelRecord>,
-    ) -> (Surface, Spectrum) {
-        let scene = self.scene;
-        let depth = pack.depth[lane];
-        let mut surface = scene.geometry.surface(hit, ray);
-        if self.shows(depth)
-            && let Some(id) = surface.light
-        {
-            let le = self.emitted(id, &surface, ray, &pack.previous(lane), lambda);
-            pack.add(lane, pack.beta(lane) * le);
-        }
-        surface.footprint = pack.footprint[lane] + pack.spread[lane] * surface.t;
-        if let (Some(record), 0) = (record, depth)
-            && scene.bsdf_into(&surface, -ray.d, &mut lambda.clone(), bsdf)
-        {
-            describe(scene, &surface, bsdf, -ray.d, lambda, record);
-        }
-        let rho = plain.constant.unwrap_or_else(|| {
-            let at = TexturePoint::of(&scene.geometry, &surface);
-            scene.textures.spectrum(plain.reflectance, &at, lambda)
-        });
-        (surface, rho)
-    }
-
     /// True if the light that a path of this many bounces meets is wanted.
     #[inline]
-    fn shows(&self, depth: u32) -> bool {
+    pub(super) fn shows(&self, depth: u32) -> bool {
         self.counts(depth) && !(depth == 0 && self.hide_emitters)
     }
 
@@ -321,7 +286,7 @@ impl<'a> Integrator<'a> {
 
     /// w_b Lₑ of the light that the ray met.
     #[inline(never)]
-    fn emitted(
+    pub(super) fn emitted(
         &self,
         id: LightId,
         s: &Surface,
@@ -381,7 +346,7 @@ impl<'a> Integrator<'a> {
 }
 
 /// Features of the first surface.
-fn describe(
+pub(super) fn describe(
     scene: &Scene,
     s: &Surface,
     bsdf: &Bsdf,

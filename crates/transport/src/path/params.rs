@@ -10,6 +10,7 @@ use serde::Deserialize;
 #[serde(deny_unknown_fields, default)]
 pub struct PathParams {
     /// Longest path, counted as pbrt does: 0 emission only, 1 direct light; -1 no limit.
+    #[serde(deserialize_with = "bounces")]
     pub max_depth: i64,
     /// No Russian roulette before more than this many bounces.
     pub rr_depth: u32,
@@ -22,6 +23,7 @@ pub struct PathParams {
     pub hide_emitters: bool,
     /// Only paths of exactly this many bounces, for looking at single terms of the Neumann
     /// series; -1 all.
+    #[serde(deserialize_with = "bounces")]
     pub only_depth: i64,
 }
 
@@ -51,6 +53,16 @@ impl PathParams {
     /// The roulette these parameters ask for.
     pub fn roulette(&self) -> Roulette {
         Roulette { survival: self.roulette, rr_depth: self.rr_depth, q_max: 0.95 }
+    }
+}
+
+/// A number of bounces, or -1.
+fn bounces<'de, D: serde::Deserializer<'de>>(d: D) -> Result<i64, D::Error> {
+    let most = i64::from(u32::MAX);
+    let n = i64::deserialize(d)?;
+    match (-1..=most).contains(&n) {
+        true => Ok(n),
+        false => Err(serde::de::Error::custom(format!("{n} is neither -1 nor from 0 to {most}"))),
     }
 }
 

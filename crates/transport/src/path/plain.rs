@@ -1,13 +1,16 @@
 //! The vertices of sixteen paths on plain surfaces at once: the twin of [`Integrator::vertex`],
 //! whose formulas these are, for by far the most frequent cases.
 
-use super::integrate::Integrator;
+use super::integrate::{Integrator, describe};
 use super::pack::{Pack, lanes_of};
 use crate::roulette::WalkStates;
+use kaustika_film::accumulate::PixelRecord;
 use kaustika_math::lanes::{LANES, Lanes, Row, Vec3s, cosine_hemisphere, mask_of};
-use kaustika_math::{INV_PI, Vec2, Vec3};
+use kaustika_math::{INV_PI, Ray, Vec2, Vec3};
 use kaustika_sampling::sampler::VERTEX_NUMBERS;
+use kaustika_scene::bsdf::Bsdf;
 use kaustika_scene::lanes::{Glosses, LampSamples, Plain, SurfaceHits, Surfaces, shadow_end};
+use kaustika_scene::{Hit, Surface, TexturePoint};
 use kaustika_spectra::{Spectrum, Wavelengths};
 
 /// What the rays of a pack met, where it is plain.
@@ -57,9 +60,47 @@ pub(super) struct Onward {
     pub(super) shadow_d: [Row; 3],
     /// What it adds if nothing is in the way.
     pub(super) light: [Row; 4],
+    /// Paths that met numbers that are none: they end, or lose their light, and are counted.
+    pub(super) bad: u32,
 }
 
-impl Integrator<'_> {
+impl<'a> Integrator<'a> {
+    /// What only some vertices on plain surfaces need, of one path: adds what the surface emits,
+    /// looks up its albedo where that varies, and takes note of the first surface's features. The
+    /// point and its albedo.
+    pub(super) fn plain_extras(
+        &self,
+        plain: &Plain,
+        hit: &Hit,
+        ray: &Ray,
+        lambda: &Wavelengths,
+        pack: &mut Pack,
+        lane: usize,
+        bsdf: &mut Bsdf<'a>,
+        record: Option<&mut PixelRecord>,
+    ) -> (Surface, Spectrum) {
+        let scene = self.scene();
+        let depth = pack.depth[lane];
+        let mut surface = scene.geometry.surface(hit, ray);
+        if self.shows(depth)
+            && let Some(id) = surface.light
+        {
+            let le = self.emitted(id, &surface, ray, &pack.previous(lane), lambda);
+            pack.add(lane, pack.beta(lane) * le);
+        }
+        surface.footprint = pack.footprint[lane] + pack.spread[lane] * surface.t;
+        if let (Some(record), 0) = (record, depth)
+            && scene.bsdf_into(&surface, -ray.d, &mut lambda.clone(), bsdf)
+        {
+            describe(scene, &surface, bsdf, -ray.d, lambda, record);
+        }
+        let rho = plain.constant.unwrap_or_else(|| {
+            let at = TexturePoint::of(&scene.geometry, &surface);
+            scene.textures.spectrum(plain.reflectance, &at, lambda)
+        });
+        (surface, rho)
+    }
+
     /// Takes paths on from what their rays met to their next rays.
     #[inline(never)]
     pub(super) fn plain_vertices(
@@ -102,7 +143,7 @@ impl Integrator<'_> {
         let u = at.u.map(Lanes::new);
 
         // Sample a light: its term of (1).
-        out.lit = 0;
+        (out.lit, out.bad) = (0, 0);
         let wanted = (live & self.counts_lanes(depth + Lanes::splat(1.0))).to_bitmask();
         if wanted != 0 {
             let (l, delta) = self.sample_lights(wanted, &s, ng, at, lambdas);
@@ -111,8 +152,10 @@ impl Integrator<'_> {
             let w = self.mis.light_lanes(l.pdf_w, pdf_b); // (3)
             let k = mask_of(delta).select(Lanes::splat(1.0), w) / l.pdf_w;
             let term: [Lanes; 4] = std::array::from_fn(|i| beta[i] * f[i] * l.le[i] * k);
-            let some = (term[0] + term[1] + term[2] + term[3]).simd_gt(zero);
-            let ok = mask_of(wanted) & wi.z.simd_gt(zero) & l.pdf_w.simd_gt(zero) & some;
+            let sum = term[0] + term[1] + term[2] + term[3];
+            let lit = mask_of(wanted) & wi.z.simd_gt(zero) & l.pdf_w.simd_gt(zero);
+            out.bad = (lit & sum.is_nan()).to_bitmask();
+            let ok = lit & sum.simd_gt(zero);
             out.lit = ok.to_bitmask();
             let o = s.origins(l.target - s.p);
             out.shadow_origin = o.to_rows();
@@ -134,6 +177,8 @@ impl Integrator<'_> {
         beta = std::array::from_fn(|i| beta[i] * weight[i]); // (2)
         let depth = depth + Lanes::splat(1.0);
         let scatters = wi.z.simd_gt(zero) & pdf_w.simd_gt(zero);
+        let sum = beta[0] + beta[1] + beta[2] + beta[3];
+        out.bad |= (live & scatters & sum.is_nan()).to_bitmask();
 
         // Russian roulette.
         let eta_scale = Lanes::new(pack.eta_scale);
@@ -186,7 +231,7 @@ impl Integrator<'_> {
         at: &PlainHits,
         lambdas: &[Wavelengths],
     ) -> (LampSamples, u32) {
-        match &self.scene().lamps {
+        match self.lamps {
             Some(lamps) if self.mis.samples_lights() => {
                 (lamps.sample(s.p, [at.u[0], at.u[1]].map(Lanes::new)), 0)
             }

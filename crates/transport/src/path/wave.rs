@@ -256,6 +256,7 @@ impl<'a> Wave<'a> {
             Vec3::new(rows[0][lane], rows[1][lane], rows[2][lane])
         };
         stats.shadow_rays += u64::from(out.lit.count_ones());
+        stats.bad_samples += u64::from(out.bad.count_ones());
         for lane in lanes_of(out.lit) {
             let time = self.segments[first + lane].ray.time;
             let (o, d) = (column(&out.shadow_origin, lane), column(&out.shadow_d, lane));

@@ -103,4 +103,30 @@ mod tests {
         assert_eq!(rule(Survival::Albedo).q(&walk(0.2, 4)), 0.5);
         assert_eq!(rule(Survival::None).q(&walk(0.0, 9)), 1.0);
     }
+
+    #[test]
+    fn sixteen_paths_have_the_probabilities_of_one() {
+        let number = |i: usize, k: usize| ((i * 7 + k * 5) % 13) as f32 * 0.13;
+        for survival in [Survival::None, Survival::Throughput, Survival::Albedo] {
+            let rule = Roulette { survival, rr_depth: 3, q_max: 0.95 };
+            let row = |f: &dyn Fn(usize) -> f32| Lanes::new(std::array::from_fn(f));
+            let beta: [Lanes; 4] = std::array::from_fn(|k| row(&|i| number(i, k)));
+            let weight: [Lanes; 4] = std::array::from_fn(|k| row(&|i| number(i + 3, k)));
+            let depth = row(&|i| i as f32 / 2.0);
+            let eta_scale = row(&|i| if i % 3 == 0 { 2.25 } else { 1.0 });
+            let depth = depth.floor();
+            let q = rule
+                .q_lanes(&WalkStates { beta: &beta, eta_scale, weight: &weight, depth })
+                .to_array();
+            for (i, q) in q.into_iter().enumerate() {
+                let alone = WalkState {
+                    beta: Spectrum(std::array::from_fn(|k| number(i, k))),
+                    eta_scale: if i % 3 == 0 { 2.25 } else { 1.0 },
+                    weight: Spectrum(std::array::from_fn(|k| number(i + 3, k))),
+                    depth: i as u32 / 2,
+                };
+                assert_eq!(q, rule.q(&alone), "{survival:?} {i}");
+            }
+        }
+    }
 }

@@ -321,3 +321,46 @@ fn without_lights_or_points_nothing_is_learned() {
     single.lamp(sphere(0.2), at(0.0, 0.0, 0.5), 3.0);
     assert!(lights::learn(&single.build(), &frame, 3, &workers(1)).is_none());
 }
+
+/// A sun of one texel, which no grid of directions need meet, beside a lamp: it lights the floor,
+/// and learning must know of it. Variances by 64 samples a pixel; learning may lose a factor of
+/// two to the hierarchy, not the twenty it lost when the sun's power was guessed from such a grid.
+#[test]
+fn a_small_sun_is_not_forgotten() {
+    let mut stage = Stage::new();
+    floor(&mut stage);
+    let (w, h) = (1024, 512);
+    let sun = bitmap(w, h, |x, y| {
+        let at = |v: f32, n: u32, i: u32| (v * n as f32) as u32 == i;
+        if at(x, w, 250) && at(y, h, 140) { [3e5; 3] } else { [0.0; 3] }
+    });
+    let space = kaustika_spectra::ColorSpace::Srgb;
+    let layout = EnvironmentLayout::LatLong;
+    let kind = LightKind::Image { bitmap: sun, space, layout, scale: 1.0, illuminance: None };
+    stage.light(kind, rotate(90.0, Vec3::X));
+    stage.lamp(sphere(0.2), at(1.0, 1.0, 1.5), 20.0);
+    stage.camera(pinhole(50.0), look(v(0.0, -4.0, 3.0), Vec3::ZERO), [12, 12]);
+    stage.selection = Some(LightSelectionKind::Learned);
+    let scene = stage.build();
+    let p = || json!({"max_depth": 1});
+    let variance = |lights: &LightSelection| {
+        let picture = render_with(&scene, lights, &frame(64, 5), p());
+        picture.pixels.iter().map(RunningMean::variance).sum::<f64>()
+    };
+    let (taught, untaught) = (variance(&learned(&scene, 1)), variance(&scene.light_selection));
+    assert!(untaught > 0.0 && taught < 2.0 * untaught, "{taught} {untaught}");
+}
+
+/// More lights at infinity than can be told apart: nothing is learned, and none is lost.
+#[test]
+fn too_many_suns_are_not_learned() {
+    let mut stage = Stage::new();
+    floor(&mut stage);
+    (0..5).for_each(|_| stage.sky(0.1));
+    let kind = || LightKind::Directional { irradiance: grey(1e-3), scale: 1.0, illuminance: None };
+    (0..3000).for_each(|_| stage.light(kind(), down()));
+    stage.selection = Some(LightSelectionKind::Learned);
+    let scene = stage.build();
+    let frame = Frame { resolution: [64, 64], ..frame(1, 0) };
+    assert!(lights::learn(&scene, &frame, 4, &workers(1)).is_none());
+}

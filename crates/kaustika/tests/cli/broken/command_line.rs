@@ -55,6 +55,7 @@ fn usage() -> Vec<Case> {
         wrong("usage-bad-time", "--time soon"),
         wrong("usage-bad-passes", "--passes 4-8"),
         wrong("usage-no-value-of-a-parameter", "-p max_depth"),
+        wrong("usage-threads-absurd", "--threads 100000"),
         Case::new("merge-nothing", "merge -o a.exr").wrong_usage(),
         Case::new("compare-one", "compare x.exr").wrong_usage(),
     ]
@@ -72,6 +73,8 @@ fn choices() -> Vec<Case> {
         wrong("choice-unknown-parameter", "-p max_dept=4"),
         wrong("choice-parameter-of-letters", "-p max_depth=deep"),
         wrong("choice-parameter-negative", "-p rr_depth=-7"),
+        wrong("choice-depth-negative", "-p max_depth=-5"),
+        wrong("choice-depth-absurd", "-p only_depth=99999999999"),
         wrong("choice-parameter-not-a-truth", "-p hide_emitters=perhaps"),
         wrong("choice-parameter-fractional", "-p max_depth=2.5"),
         wrong("choice-unknown-camera", "--camera front"),

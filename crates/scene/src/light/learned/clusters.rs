@@ -8,6 +8,9 @@ use crate::surface::LightId;
 use kaustika_math::{Vec2, Vec3};
 use std::f32::consts::PI;
 
+/// Clusters at most: what is known of each is kept for each part of the scene.
+const MOST_CLUSTERS: usize = 2048;
+
 /// Parts of the hierarchy at most.
 const MOST_BRANCHES: usize = 64;
 
@@ -40,7 +43,8 @@ pub(super) struct Clusters {
 }
 
 impl Clusters {
-    /// Of the scene's lights; `None` if there are none with any power.
+    /// Of the scene's lights; `None` if there are none with any power, or too many at infinity to
+    /// tell apart.
     pub fn new(scene: &Scene) -> Option<Clusters> {
         let mut of_light = vec![u32::MAX; scene.lights.len()];
         let (mut list, mut power, mut weights) = (Vec::new(), Vec::new(), Vec::new());
@@ -103,7 +107,8 @@ impl Clusters {
             _ => 1.0,
         });
         let per_pmf = per_pmf.collect();
-        let sound = sum > 0.0 && sum.is_finite() && power.iter().all(|p| p.is_finite());
+        let few = list.len() <= MOST_CLUSTERS;
+        let sound = few && sum > 0.0 && sum.is_finite() && power.iter().all(|p| p.is_finite());
         sound.then_some(Clusters { list, power, prior, beside, of_light, per_pmf, tree })
     }
 
