@@ -67,7 +67,12 @@ fn in_crowds<const STACK: usize, const ANY: bool>(
                 crowd::trace::<STACK, ANY>(tree, segments, class, places, stack, accept, done);
             }
         }
-        let left = classes.special().iter().map(|i| (*i as usize, segments[*i as usize]));
+        let special = classes.special();
+        if special.is_empty() {
+            // As nearly always: room for flights is not even made.
+            continue;
+        }
+        let left = special.iter().map(|i| (*i as usize, segments[*i as usize]));
         stream::trace::<STACK, ANY>(tree, left, |i, hit| accept.accept(i, hit), &mut *done);
     }
 }
