@@ -99,10 +99,7 @@ impl Scene {
     /// triangle's plane seen from afar (`triangle_point_error`).
     #[inline]
     pub fn shadow_ray(&self, s: &Surface, l: &LightSample) -> Segment {
-        let back = s.p - l.p;
-        let end_error = l.p_error + Vec3::splat(back.abs().max_component() * gamma(8));
-        let target = offset_origin(l.p, end_error, l.n, back);
-        Segment { ray: s.spawn_to(target), t_max: 1.0 }
+        Segment { ray: s.spawn_to(shadow_end(s.p, l)), t_max: 1.0 }
     }
 
     /// Whether anything stands in the way of a ray.
@@ -178,4 +175,13 @@ impl Scene {
     pub fn light(&self, id: LightId) -> &Light {
         &self.lights[id.0 as usize]
     }
+}
+
+/// Where the shadow ray from `from` to the point of a light sample ends; see
+/// [`Scene::shadow_ray`].
+#[inline]
+pub(crate) fn shadow_end(from: Vec3, l: &LightSample) -> Vec3 {
+    let back = from - l.p;
+    let end_error = l.p_error + Vec3::splat(back.abs().max_component() * gamma(8));
+    offset_origin(l.p, end_error, l.n, back)
 }

@@ -3,6 +3,7 @@
 use super::cells::{Cells, Family};
 use super::clusters::Clusters;
 use super::{LearnedLights, UNITS};
+use crate::scene::shadow_end;
 use crate::{Scene, Segment};
 use kaustika_math::ray::offset_origin;
 use kaustika_math::{Ray, Vec2, Vec3, sqr};
@@ -148,7 +149,7 @@ impl Pupil<'_> {
         if !(unshadowed > 0.0 && unshadowed.is_finite()) || (cos < 0.0 && !point.transmits) {
             return 0.0;
         }
-        let target = offset_origin(l.p, l.p_error, l.n, at - l.p);
+        let target = shadow_end(at, &l);
         let o = offset_origin(at, point.p_error, point.n, target - at);
         let ray = Ray { o, d: target - o, time: 0.0 };
         if scene.occluded(&Segment { ray, t_max: 1.0 }) { 0.0 } else { unshadowed }
