@@ -6,9 +6,9 @@
         [--kaustika PROGRAM] [--lock FILE]... [--json OUT]
     scripts/efficiency.py dining-room/scene-v4.pbrt --luxcore PYTHON --resolution WxH [as above]
 
-Kaustika renders with each of --samplers, Mitsuba with each of --peers; both in RGB with a box filter, and equal samples,
-depth and roulette depth (scene_for_both.py says what is changed in the scene, for both; luxcore_worker.py what differs there,
-PYTHON being one that has pyluxcore). In each round every one renders once, with a seed of its own, in turn. Depths count
+Kaustika renders with each of --samplers, Mitsuba with each of --peers; both in RGB with a box filter, and equal samples and
+depth (scene_for_both.py says what is changed in the scene, for both; luxcore_worker.py what differs there,
+PYTHON being one that has pyluxcore). Paths end by each one's own Russian roulette, from --rr-depth or the file's depth on, if either is given. In each round every one renders once, with a seed of its own, in turn. Depths count
 as Mitsuba's in an XML file, as pbrt's in a pbrt file. A round's figure is
 
     relMSE x seconds,   relMSE = mean (x - r)² / (r² + 0.01)
@@ -42,6 +42,7 @@ import numpy as np
 import scene_for_both
 
 HERE = os.path.dirname(os.path.abspath(__file__))
+LUXCORE_RR_DEPTH = 3  # LuxCore's default
 KAUSTIKA = os.path.join(os.path.dirname(HERE), "target", "release", "kaustika")
 
 
@@ -140,17 +141,18 @@ class MitsubaScene:
 class PbrtScene:
     def __init__(self, a, folder):
         self.a, self.folder, self.size = a, folder, a.resolution
-        self.depth, self.rr_depth = a.depth or 65, a.rr_depth or 5
+        self.depth, self.rr_depth = a.depth or 65, a.rr_depth
         self.text_size = "%dx%d" % self.size
-        self.changes = ["--resolution", self.text_size, "--filter", "box", "-p", "max_depth=%d" % self.depth,
-                        "-p", "rr_depth=%d" % self.rr_depth]
+        self.changes = ["--resolution", self.text_size, "--filter", "box", "-p", "max_depth=%d" % self.depth]
+        if self.rr_depth:
+            self.changes += ["-p", "rr_depth=%d" % self.rr_depth]
 
     def of_sampler(self, _):
         return self.a.scene
 
     def peers(self):
-        command = [self.a.luxcore, os.path.join(HERE, "luxcore_worker.py"), self.a.scene, self.text_size, self.depth, self.rr_depth,
-                   self.a.threads, self.a.spp]
+        command = [self.a.luxcore, os.path.join(HERE, "luxcore_worker.py"), self.a.scene, self.text_size, self.depth,
+                   self.rr_depth or LUXCORE_RR_DEPTH, self.a.threads, self.a.spp]
         return [Peer("LuxCore, sobol", self.folder, command)] if self.a.luxcore else []
 
 
@@ -244,8 +246,8 @@ def main():
         programs = [Kaustika(a, scene, s) for s in a.samplers] + scene.peers()
         size = scene.size
         reference = read_reference(a.reference) if a.reference else None
-        print("%s, %d x %d, depth %d, roulette from %d, box filter, %d threads, %d rounds, error against %s\n"
-              % (os.path.basename(os.path.dirname(os.path.abspath(a.scene))), *size, scene.depth, scene.rr_depth, a.threads, a.rounds,
+        print("%s, %d x %d, depth %d, roulette from %s, box filter, %d threads, %d rounds, error against %s\n"
+              % (os.path.basename(os.path.dirname(os.path.abspath(a.scene))), *size, scene.depth, scene.rr_depth or "where each begins", a.threads, a.rounds,
                  "the reference" if a.reference else "the mean of the other rounds"), flush=True)
         runs = summary(a, programs, measure(a, programs), size, reference)
     report(a, programs, runs)

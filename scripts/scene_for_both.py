@@ -46,7 +46,7 @@ def value(parent, *names):
 
 
 def write(scene, folder, defines, sampler, spp, depth=None, rr_depth=None, resolution=None, name="scene.xml"):
-    """The path of the copy; (depth, rr_depth) and (width, height) that it has."""
+    """The path of the copy; (depth, rr_depth or None) and (width, height) that it has."""
     home = os.path.dirname(os.path.abspath(scene))
     root = flat(ET.parse(scene).getroot(), home)
     substitute(root, dict(defines))
@@ -55,8 +55,8 @@ def write(scene, folder, defines, sampler, spp, depth=None, rr_depth=None, resol
 
     integrator = root.find("integrator")
     depth = depth or int(value(integrator, of_depth) or 65)
-    rr_depth = rr_depth or int(value(integrator, of_rr) or 5)
-    set_children(integrator, "path", [("integer", of_depth, depth), ("integer", of_rr, rr_depth)])
+    rr_depth = rr_depth or value(integrator, of_rr)
+    set_children(integrator, "path", [("integer", of_depth, depth)] + ([("integer", of_rr, rr_depth)] if rr_depth else []))
 
     sensor = root.find("sensor")
     film = sensor.find("film")

@@ -279,8 +279,7 @@ fn parameters(
         }
     };
     set("max_depth", file.max_depth.map(Value::from));
-    let rr_default = (description.format == SourceFormat::Pbrt).then_some(1);
-    set("rr_depth", file.rr_depth.or(rr_default).map(Value::from));
+    set("rr_depth", file.rr_depth.map(Value::from));
     set("hide_emitters", file.hide_emitters.then_some(Value::from(true)));
     for (key, value) in given {
         map.insert(key.clone(), scalar(value));

@@ -31,8 +31,6 @@ const RESOLUTION: [u32; 2] = [600, 400];
 const SPP: u64 = 48;
 /// Longest path: glass behind glass needs some.
 const MAX_DEPTH: u32 = 10;
-/// Scattering events before Russian roulette.
-const RR_DEPTH: u32 = 2;
 
 /// The built-in scene.
 pub fn description() -> SceneDescription {
@@ -42,7 +40,6 @@ pub fn description() -> SceneDescription {
     stage.scene.integrator = IntegratorDesc {
         name: "path".to_string(),
         max_depth: Some(MAX_DEPTH),
-        rr_depth: Some(RR_DEPTH),
         ..IntegratorDesc::default()
     };
     room::build(&mut stage);

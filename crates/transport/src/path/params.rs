@@ -16,6 +16,9 @@ pub struct PathParams {
     pub rr_depth: u32,
     /// Survival rule.
     pub roulette: Survival,
+    /// Throughput below which the rule `throughput` plays, above 0.
+    #[serde(deserialize_with = "threshold")]
+    pub rr_threshold: f32,
     /// How light and BSDF samples are weighted.
     #[serde(deserialize_with = "heuristic")]
     pub mis: MisHeuristic,
@@ -31,8 +34,9 @@ impl Default for PathParams {
     fn default() -> Self {
         PathParams {
             max_depth: -1,
-            rr_depth: 5,
+            rr_depth: 1,
             roulette: Survival::Throughput,
+            rr_threshold: 0.4,
             mis: MisHeuristic::default(),
             hide_emitters: false,
             only_depth: -1,
@@ -52,7 +56,7 @@ impl PathParams {
 
     /// The roulette these parameters ask for.
     pub fn roulette(&self) -> Roulette {
-        Roulette { survival: self.roulette, rr_depth: self.rr_depth, q_max: 0.95 }
+        Roulette { survival: self.roulette, rr_depth: self.rr_depth, threshold: self.rr_threshold }
     }
 }
 
@@ -63,6 +67,15 @@ fn bounces<'de, D: serde::Deserializer<'de>>(d: D) -> Result<i64, D::Error> {
     match (-1..=most).contains(&n) {
         true => Ok(n),
         false => Err(serde::de::Error::custom(format!("{n} is neither -1 nor from 0 to {most}"))),
+    }
+}
+
+/// A throughput above 0.
+fn threshold<'de, D: serde::Deserializer<'de>>(d: D) -> Result<f32, D::Error> {
+    let tau = f32::deserialize(d)?;
+    match tau > 0.0 && tau.is_finite() {
+        true => Ok(tau),
+        false => Err(serde::de::Error::custom(format!("{tau} is not a number above 0"))),
     }
 }
 
@@ -90,6 +103,11 @@ pub fn parameters() -> Vec<Parameter> {
             "roulette",
             "throughput".into(),
             "survival rule: none, throughput (Arvo & Kirk), albedo (Jensen)",
+        ),
+        p(
+            "rr_threshold",
+            d.rr_threshold.to_string(),
+            "throughput below which the rule `throughput` plays; surviving paths go on with it",
         ),
         p(
             "mis",

@@ -1,4 +1,11 @@
 //! Rules that choose the survival probability q.
+//!
+//! ```text
+//! q = min(1, β/τ)                                                               (2)
+//! ```
+//!
+//! β is the path's throughput, τ a threshold: paths that carry more are let be, those that carry
+//! less end, or go on with β = τ (Arvo & Kirk 1990).
 
 use kaustika_math::lanes::Lanes;
 use kaustika_spectra::Spectrum;
@@ -10,7 +17,7 @@ use serde::{Deserialize, Serialize};
 pub enum Survival {
     /// Paths end only by depth or absorption.
     None,
-    /// q = the path's throughput (Arvo & Kirk 1990), freed of the scaling by refraction.
+    /// The path's throughput over a threshold (2), freed of the scaling by refraction.
     #[default]
     Throughput,
     /// q = the albedo of the surface, here the weight of the last bounce (Jensen 2001).
@@ -50,9 +57,14 @@ pub struct Roulette {
     pub survival: Survival,
     /// No roulette before more than this many bounces.
     pub rr_depth: u32,
-    /// Largest q below 1, so that closed mirror boxes end.
-    pub q_max: f32,
+    /// Throughput below which the rule of that name plays, above 0.
+    pub threshold: f32,
 }
+
+/// Bounces after which no path is sure to go on, so that closed mirror boxes end.
+const LONG: u32 = 24;
+/// Largest q from there on.
+const Q_LONG: f32 = 0.95;
 
 impl Roulette {
     /// Survival probability; 1 where the rule does not apply.
@@ -63,10 +75,10 @@ impl Roulette {
         }
         let q = match self.survival {
             Survival::None => return 1.0,
-            Survival::Throughput => s.beta.max_component() * s.eta_scale,
+            Survival::Throughput => s.beta.max_component() * s.eta_scale / self.threshold, // (2)
             Survival::Albedo => s.weight.max_component(),
         };
-        q.min(self.q_max)
+        q.min(if s.depth > LONG { Q_LONG } else { 1.0 })
     }
 
     /// As [`Roulette::q`], of sixteen paths.
@@ -76,11 +88,15 @@ impl Roulette {
         let one = Lanes::splat(1.0);
         let q = match self.survival {
             Survival::None => return one,
-            Survival::Throughput => largest(s.beta) * s.eta_scale,
+            Survival::Throughput => {
+                largest(s.beta) * s.eta_scale / Lanes::splat(self.threshold) // (2)
+            }
             Survival::Albedo => largest(s.weight),
         };
         let early = s.depth.simd_le(Lanes::splat(self.rr_depth as f32));
-        early.select(one, q.fast_min(Lanes::splat(self.q_max)))
+        let long = s.depth.simd_gt(Lanes::splat(LONG as f32));
+        let most = long.select(Lanes::splat(Q_LONG), one);
+        early.select(one, q.fast_min(most))
     }
 }
 
@@ -88,42 +104,45 @@ impl Roulette {
 mod tests {
     use super::*;
 
+    fn rule(survival: Survival) -> Roulette {
+        Roulette { survival, rr_depth: 3, threshold: 0.5 }
+    }
+
     #[test]
     fn rules_respect_their_limits() {
         let walk = |b: f32, depth| WalkState {
             beta: Spectrum::splat(b),
             eta_scale: 1.0,
-            weight: Spectrum::splat(0.5),
+            weight: Spectrum::splat(0.75),
             depth,
         };
-        let rule = |survival| Roulette { survival, rr_depth: 3, q_max: 0.95 };
-        assert_eq!(rule(Survival::Throughput).q(&walk(0.2, 3)), 1.0);
-        assert_eq!(rule(Survival::Throughput).q(&walk(0.2, 4)), 0.2);
-        assert_eq!(rule(Survival::Throughput).q(&walk(3.0, 9)), 0.95);
-        assert_eq!(rule(Survival::Albedo).q(&walk(0.2, 4)), 0.5);
-        assert_eq!(rule(Survival::None).q(&walk(0.0, 9)), 1.0);
+        let throughput = rule(Survival::Throughput);
+        assert_eq!(throughput.q(&walk(0.2, 3)), 1.0);
+        assert_eq!(throughput.q(&walk(0.2, 4)), 0.4);
+        assert_eq!(throughput.q(&walk(0.6, 9)), 1.0);
+        assert_eq!(throughput.q(&walk(0.6, LONG + 1)), Q_LONG);
+        assert_eq!(rule(Survival::Albedo).q(&walk(0.2, 4)), 0.75);
+        assert_eq!(rule(Survival::None).q(&walk(0.0, 90)), 1.0);
     }
 
     #[test]
     fn sixteen_paths_have_the_probabilities_of_one() {
         let number = |i: usize, k: usize| ((i * 7 + k * 5) % 13) as f32 * 0.13;
+        let depth = |i: usize| if i == 11 { LONG + 1 } else { i as u32 / 2 };
         for survival in [Survival::None, Survival::Throughput, Survival::Albedo] {
-            let rule = Roulette { survival, rr_depth: 3, q_max: 0.95 };
+            let rule = rule(survival);
             let row = |f: &dyn Fn(usize) -> f32| Lanes::new(std::array::from_fn(f));
             let beta: [Lanes; 4] = std::array::from_fn(|k| row(&|i| number(i, k)));
             let weight: [Lanes; 4] = std::array::from_fn(|k| row(&|i| number(i + 3, k)));
-            let depth = row(&|i| i as f32 / 2.0);
             let eta_scale = row(&|i| if i % 3 == 0 { 2.25 } else { 1.0 });
-            let depth = depth.floor();
-            let q = rule
-                .q_lanes(&WalkStates { beta: &beta, eta_scale, weight: &weight, depth })
-                .to_array();
-            for (i, q) in q.into_iter().enumerate() {
+            let depths = row(&|i| depth(i) as f32);
+            let states = WalkStates { beta: &beta, eta_scale, weight: &weight, depth: depths };
+            for (i, q) in rule.q_lanes(&states).to_array().into_iter().enumerate() {
                 let alone = WalkState {
                     beta: Spectrum(std::array::from_fn(|k| number(i, k))),
                     eta_scale: if i % 3 == 0 { 2.25 } else { 1.0 },
                     weight: Spectrum(std::array::from_fn(|k| number(i + 3, k))),
-                    depth: i as u32 / 2,
+                    depth: depth(i),
                 };
                 assert_eq!(q, rule.q(&alone), "{survival:?} {i}");
             }
