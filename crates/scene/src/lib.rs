@@ -22,7 +22,7 @@ mod texture;
 
 pub use batch::RayBatch;
 pub use build::SceneOptions;
-pub use camera::{Camera, CameraConnection, CameraRay, CameraRays};
+pub use camera::{Camera, CameraConnection, CameraRay, CameraRays, LensHit};
 pub use error::BuildError;
 pub use geometry::{Geometry, Hit, Primitive};
 pub use kaustika_accel::Segment;

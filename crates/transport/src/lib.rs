@@ -4,10 +4,14 @@
 //! met. A method knows the scene, the sampler, the film and the shared floors (`roulette`), and
 //! no other method's insides.
 
+pub mod bidirectional;
+pub mod features;
 pub mod frame;
 pub mod lights;
 pub mod method;
+pub mod particle;
 pub mod path;
+pub mod path_space;
 pub mod registry;
 pub mod roulette;
 pub mod session;

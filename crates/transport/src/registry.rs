@@ -1,7 +1,10 @@
 //! The methods by name. To add one: its folder, and one line in [`ALL`].
 
+use crate::bidirectional::{self, Bdpt, Vcm};
 use crate::method::{Method, MethodInfo};
+use crate::particle::{self, LightTracer};
 use crate::path::{self, PathTracer};
+use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
@@ -30,11 +33,33 @@ pub struct Parameter {
 }
 
 /// Every method.
-pub static ALL: &[Entry] = &[Entry {
-    info: &path::INFO,
-    parameters: path::parameters,
-    make: |p| Ok(Box::new(PathTracer::new(parse(p)?))),
-}];
+pub static ALL: &[Entry] = &[
+    Entry {
+        info: &path::INFO,
+        parameters: path::parameters,
+        make: |p| Ok(Box::new(PathTracer::new(parse(p)?))),
+    },
+    Entry {
+        info: &particle::LIGHT_INFO,
+        parameters: particle::parameters,
+        make: |p| Ok(Box::new(LightTracer::new(parse(p)?))),
+    },
+    Entry {
+        info: &bidirectional::INFO,
+        parameters: bidirectional::parameters,
+        make: |p| Ok(Box::new(Bdpt::new(parse(p)?))),
+    },
+    Entry {
+        info: &bidirectional::VCM_INFO,
+        parameters: bidirectional::vcm_parameters,
+        make: |p| Ok(Box::new(Vcm::new(parse(p)?))),
+    },
+    Entry {
+        info: &bidirectional::PPM_INFO,
+        parameters: bidirectional::ppm_parameters,
+        make: |p| Ok(Box::new(Vcm::ppm(parse(p)?))),
+    },
+];
 
 /// The method with this name.
 pub fn find(name: &str) -> Option<&'static Entry> {
@@ -44,4 +69,23 @@ pub fn find(name: &str) -> Option<&'static Entry> {
 /// Parameters from key-value pairs; an unknown key is an error that lists the known ones.
 fn parse<T: DeserializeOwned>(p: &Map<String, Value>) -> Result<T, String> {
     serde_json::from_value(Value::Object(p.clone())).map_err(|e| e.to_string())
+}
+
+/// A number of bounces, or -1.
+pub(crate) fn bounces<'de, D: serde::Deserializer<'de>>(d: D) -> Result<i64, D::Error> {
+    let most = i64::from(u32::MAX);
+    let n = i64::deserialize(d)?;
+    match (-1..=most).contains(&n) {
+        true => Ok(n),
+        false => Err(serde::de::Error::custom(format!("{n} is neither -1 nor from 0 to {most}"))),
+    }
+}
+
+/// A number above 0.
+pub(crate) fn positive<'de, D: serde::Deserializer<'de>>(d: D) -> Result<f32, D::Error> {
+    let x = f32::deserialize(d)?;
+    match x > 0.0 && x.is_finite() {
+        true => Ok(x),
+        false => Err(serde::de::Error::custom(format!("{x} is not a number above 0"))),
+    }
 }

@@ -54,14 +54,32 @@ impl Workers {
         room: impl Fn() -> S + Sync,
         f: impl Fn(&mut S, &mut PixelBand) -> T + Sync,
     ) -> Result<Vec<T>, RenderError> {
-        let bands = image.bands(rows);
+        let all = 0..image.height().div_ceil(rows) as usize;
+        self.some_bands(image, rows, all, &room, f)
+    }
+
+    /// As [`Workers::bands`], of the bands with these numbers alone.
+    ///
+    /// # Errors
+    /// As [`Workers::bands`].
+    pub fn some_bands<S: Send, T: Send>(
+        &self,
+        image: &mut PassImage,
+        rows: u32,
+        which: std::ops::Range<usize>,
+        room: &(impl Fn() -> S + Sync),
+        f: impl Fn(&mut S, &mut PixelBand) -> T + Sync,
+    ) -> Result<Vec<T>, RenderError> {
+        let mut bands = image.bands(rows);
+        bands.truncate(which.end);
+        let bands = bands.split_off(which.start.min(bands.len()));
         let rooms = Mutex::new(Vec::new());
         let free = || rooms.lock().unwrap_or_else(PoisonError::into_inner);
         let fill = |mut band: PixelBand| {
             if self.cancelled() {
                 return None;
             }
-            let mut mine = free().pop().unwrap_or_else(&room);
+            let mut mine = free().pop().unwrap_or_else(room);
             let result = f(&mut mine, &mut band);
             free().push(mine);
             Some(result)

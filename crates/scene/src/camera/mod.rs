@@ -65,6 +65,19 @@ pub struct CameraConnection {
     pub delta: bool,
 }
 
+/// A light path at the lens.
+#[derive(Clone, Copy, Debug)]
+pub struct LensHit {
+    /// The point on the lens.
+    pub p: Vec3,
+    /// Where the path enters the near plane.
+    pub p_near: Vec3,
+    /// Where it shows on the film.
+    pub film: Vec2,
+    /// Importance of the ray, per pixel of the film.
+    pub we: f32,
+}
+
 /// The closed set of cameras.
 #[derive(Clone, Debug)]
 pub enum Camera {
@@ -118,6 +131,38 @@ impl Camera {
         match self {
             Camera::Projective(c) => c.pdf_we(ray),
             Camera::Spherical(c) => c.pdf_we(ray),
+        }
+    }
+
+    /// Where a light path meets the lens, if it does: only a lens with an area can be met.
+    pub fn meet_lens(&self, ray: &Ray) -> Option<LensHit> {
+        match self {
+            Camera::Projective(c) => c.meet_lens(ray),
+            Camera::Spherical(_) => None,
+        }
+    }
+
+    /// The point of the lens that a camera ray, which starts at the near plane, comes through.
+    pub fn lens_point(&self, ray: &Ray) -> Vec3 {
+        match self {
+            Camera::Projective(c) => c.lens_point(ray),
+            Camera::Spherical(c) => c.position(),
+        }
+    }
+
+    /// The axis of a parallel projection.
+    pub fn parallel(&self) -> Option<Vec3> {
+        match self {
+            Camera::Projective(c) => c.parallel(),
+            Camera::Spherical(_) => None,
+        }
+    }
+
+    /// The normal of a lens that light paths can meet.
+    pub fn aperture(&self) -> Option<Vec3> {
+        match self {
+            Camera::Projective(c) => c.aperture(),
+            Camera::Spherical(_) => None,
         }
     }
 

@@ -13,7 +13,7 @@
 
 mod lanes;
 
-use super::{CameraConnection, CameraRay};
+use super::{CameraConnection, CameraRay, LensHit};
 use crate::description::{CameraDesc, CameraKind, FovAxis};
 use kaustika_math::{Ray, Transform, Vec2, Vec3, sqr, warp};
 use std::f32::consts::PI;
@@ -218,6 +218,44 @@ impl Projective {
         let we = if self.lens_radius > 0.0 { we } else { we * cos / d2 };
         let delta = self.lens_radius == 0.0;
         Some(CameraConnection { wi, p_lens, p_near, film, we, pdf_w, delta })
+    }
+
+    /// The point of the lens that a ray comes through.
+    pub fn lens_point(&self, ray: &Ray) -> Vec3 {
+        let inverse = self.to_world.inverse();
+        let (o, d) = (inverse.point(ray.o), inverse.vector(ray.d));
+        self.to_world.point(o - d * (o.z / d.z))
+    }
+
+    /// The axis of a parallel projection.
+    pub fn parallel(&self) -> Option<Vec3> {
+        (!self.perspective).then(|| self.forward())
+    }
+
+    /// The normal of a lens that light paths can meet. Of a parallel projection's they cannot:
+    /// it moves with the film.
+    pub fn aperture(&self) -> Option<Vec3> {
+        (self.perspective && self.lens_radius > 0.0).then(|| self.forward())
+    }
+
+    /// Where a light path meets the lens.
+    pub fn meet_lens(&self, ray: &Ray) -> Option<LensHit> {
+        let axis = self.aperture()?;
+        let inverse = self.to_world.inverse();
+        let (q, d) = (inverse.point(ray.o), inverse.vector(ray.d));
+        if d.z >= 0.0 || q.z <= self.near.max(0.0) || q.z > self.far {
+            return None;
+        }
+        let l = q - d * (q.z / d.z);
+        if sqr(l.x) + sqr(l.y) > sqr(self.lens_radius) {
+            return None;
+        }
+        let back = q - l;
+        let focus = l + back * (self.focus_distance / back.z);
+        let film = self.film(focus.x / focus.z, focus.y / focus.z)?;
+        let p_near = self.to_world.point(l + back * (self.near / back.z));
+        let we = self.importance(axis.abs_dot(ray.d));
+        Some(LensHit { p: self.to_world.point(l), p_near, film, we })
     }
 
     /// Distance at which rays of one film position meet; of a pinhole any.

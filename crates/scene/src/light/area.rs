@@ -145,9 +145,10 @@ impl AreaLight {
         Some(LightSample { wi, p: s.p, p_error: s.p_error, n: s.n, pdf_w, le, delta: false })
     }
 
-    /// Density per solid angle of [`AreaLight::sample_li`] choosing `wi`, which met `s`.
+    /// Density per solid angle of [`AreaLight::sample_li`] choosing `wi`, which met the point
+    /// `p` with normal `ng`.
     #[inline]
-    pub fn pdf_li(&self, scene: &Scene, from: Vec3, s: &Surface, wi: Vec3) -> f32 {
+    pub fn pdf_li(&self, scene: &Scene, from: Vec3, p: Vec3, ng: Vec3, wi: Vec3) -> f32 {
         let pdf_a = match self.shape {
             AreaShape::Triangle(_, area) => 1.0 / area,
             AreaShape::Sphere(_, center, radius)
@@ -157,10 +158,10 @@ impl AreaLight {
                 return warp::uniform_cone_pdf_w(one_minus_cos(sin2_max));
             }
             AreaShape::Quadric(i) | AreaShape::Sphere(i, ..) => {
-                scene.geometry.quadrics[i as usize].pdf_a_at(s.p)
+                scene.geometry.quadrics[i as usize].pdf_a_at(p)
             }
         };
-        area_to_solid_angle(pdf_a, (s.p - from).length_squared(), s.ng.dot(wi))
+        area_to_solid_angle(pdf_a, (p - from).length_squared(), ng.dot(wi))
     }
 
     /// A ray that leaves the light: uniform over its area, cosine-distributed.

@@ -204,8 +204,14 @@ impl Light {
     /// in which `s` was met.
     #[inline]
     pub fn pdf_li(&self, scene: &Scene, from: Vec3, s: &Surface, wi: Vec3) -> f32 {
+        self.pdf_li_at(scene, from, s.p, s.ng, wi)
+    }
+
+    /// As [`Light::pdf_li`], of the point `p` with normal `ng`.
+    #[inline]
+    pub fn pdf_li_at(&self, scene: &Scene, from: Vec3, p: Vec3, ng: Vec3, wi: Vec3) -> f32 {
         match self {
-            Light::Area(l) => l.pdf_li(scene, from, s, wi),
+            Light::Area(l) => l.pdf_li(scene, from, p, ng, wi),
             _ => 0.0,
         }
     }

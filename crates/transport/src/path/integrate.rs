@@ -13,6 +13,7 @@
 
 use super::params::PathParams;
 use super::walk::{Previous, Walk};
+use crate::features::describe;
 use crate::frame::Frame;
 use crate::method::PassStats;
 use crate::roulette::{Roulette, WalkState};
@@ -343,28 +344,4 @@ impl<'a> Integrator<'a> {
         let segment = scene.shadow_ray(surface, l);
         (w > 0.0).then(|| LightRay { segment, radiance: f * l.le * (w / (p * l.pdf_w)) })
     }
-}
-
-/// Features of the first surface.
-pub(super) fn describe(
-    scene: &Scene,
-    s: &Surface,
-    bsdf: &Bsdf,
-    wo: Vec3,
-    lambda: &Wavelengths,
-    record: &mut PixelRecord,
-) {
-    record.albedo = match s.light {
-        Some(_) => [1.0; 3],
-        None => kaustika_spectra::Sensor::default()
-            .rgb(bsdf.albedo(wo), lambda)
-            .map(|v| v.clamp(0.0, 1.0)),
-    };
-    record.normal = s.ng.into();
-    record.shading_normal = bsdf.shading_normal().into();
-    record.depth = s.t;
-    record.position = s.p.into();
-    record.uv = [s.uv.x, s.uv.y];
-    record.shape = s.shape + 1;
-    record.material = scene.material_of(s).0 + 1;
 }

@@ -10,14 +10,14 @@ use serde::Deserialize;
 #[serde(deny_unknown_fields, default)]
 pub struct PathParams {
     /// Longest path, counted as pbrt does: 0 emission only, 1 direct light; -1 no limit.
-    #[serde(deserialize_with = "bounces")]
+    #[serde(deserialize_with = "crate::registry::bounces")]
     pub max_depth: i64,
     /// No Russian roulette before more than this many bounces.
     pub rr_depth: u32,
     /// Survival rule.
     pub roulette: Survival,
     /// Throughput below which the rule `throughput` plays, above 0.
-    #[serde(deserialize_with = "threshold")]
+    #[serde(deserialize_with = "crate::registry::positive")]
     pub rr_threshold: f32,
     /// How light and BSDF samples are weighted.
     #[serde(deserialize_with = "heuristic")]
@@ -26,7 +26,7 @@ pub struct PathParams {
     pub hide_emitters: bool,
     /// Only paths of exactly this many bounces, for looking at single terms of the Neumann
     /// series; -1 all.
-    #[serde(deserialize_with = "bounces")]
+    #[serde(deserialize_with = "crate::registry::bounces")]
     pub only_depth: i64,
 }
 
@@ -57,25 +57,6 @@ impl PathParams {
     /// The roulette these parameters ask for.
     pub fn roulette(&self) -> Roulette {
         Roulette { survival: self.roulette, rr_depth: self.rr_depth, threshold: self.rr_threshold }
-    }
-}
-
-/// A number of bounces, or -1.
-fn bounces<'de, D: serde::Deserializer<'de>>(d: D) -> Result<i64, D::Error> {
-    let most = i64::from(u32::MAX);
-    let n = i64::deserialize(d)?;
-    match (-1..=most).contains(&n) {
-        true => Ok(n),
-        false => Err(serde::de::Error::custom(format!("{n} is neither -1 nor from 0 to {most}"))),
-    }
-}
-
-/// A throughput above 0.
-fn threshold<'de, D: serde::Deserializer<'de>>(d: D) -> Result<f32, D::Error> {
-    let tau = f32::deserialize(d)?;
-    match tau > 0.0 && tau.is_finite() {
-        true => Ok(tau),
-        false => Err(serde::de::Error::custom(format!("{tau} is not a number above 0"))),
     }
 }
 

@@ -1,8 +1,9 @@
 //! The vertices of sixteen paths on plain surfaces at once: the twin of [`Integrator::vertex`],
 //! whose formulas these are, for by far the most frequent cases.
 
-use super::integrate::{Integrator, describe};
+use super::integrate::Integrator;
 use super::pack::{Pack, lanes_of};
+use crate::features::describe;
 use crate::roulette::WalkStates;
 use kaustika_film::accumulate::PixelRecord;
 use kaustika_math::lanes::{LANES, Lanes, Row, Vec3s, cosine_hemisphere, mask_of};

@@ -1,0 +1,405 @@
+//! The estimator of one pair of subpaths.
+//!
+//! ```text
+//! L ≈ Σ_{s,t} w_{s,t} C_{s,t}                                                          (1)
+//! C_{0,t} = βᴱ Lₑ(x₀→x₁)                            the eye finds a light              (2)
+//! C_{1,t} = βᴱ f |cos| Lₑ V / p_D                   next event estimation              (3)
+//! C_{s,t} = βᴸ f |cos| V / d² f |cos| βᴱ            inner vertices are joined          (4)
+//! C_{s,1} = βᴸ f |cos| V Wₑ / p_C                   to the lens: another pixel         (5)
+//! C_{s,0} = βᴸ Wₑ                                   light meets the lens               (6)
+//! ```
+//!
+//! βᴸ and βᴱ are what arrives at a vertex of the light's and of the eye's subpath, over the density
+//! of the subpath; weights are those of [`super::weight`].
+
+use super::params::BdptParams;
+use super::weight::{Joint, Link, strategy_weight};
+use crate::features::describe;
+use crate::frame::Frame;
+use crate::method::PassStats;
+use crate::path_space::{
+    self, CameraEnd, Departure, LightEnd, Splat, Start, Subpath, Vertex, Walker,
+    solid_angle_to_area,
+};
+use kaustika_film::accumulate::PixelRecord;
+use kaustika_math::{Vec2, Vec3};
+use kaustika_scene::bsdf::{Lobes, Mode};
+use kaustika_scene::{LightId, LightSelection, Scene, Segment};
+use kaustika_spectra::{Spectrum, Wavelengths};
+
+/// Branch of the sampler for light paths.
+const LIGHT_BRANCH: u64 = 0x006c_6967_6874;
+
+/// Joins subpaths of one picture.
+pub(super) struct Bidirectional<'a> {
+    scene: &'a Scene,
+    frame: &'a Frame,
+    lights: &'a LightSelection,
+    emission: &'a LightSelection,
+    params: &'a BdptParams,
+    max_depth: u32,
+    only_depth: Option<u32>,
+    /// One over the light paths of a pass.
+    splat_scale: f32,
+    /// Light paths for each camera path of the whole picture.
+    light_paths: f64,
+    light: Subpath<'a>,
+    eye: Subpath<'a>,
+    links: Vec<Link>,
+    densities: Vec<f32>,
+}
+
+/// How the two sides of a path are joined, seen from the joint: densities per solid angle (on
+/// to the other side, back on its own) at the last vertices.
+#[derive(Clone, Copy, Default)]
+struct Join {
+    at_light: (f64, f64),
+    at_eye: (f64, f64),
+    /// Whether the last vertices scatter by Dirac lobes: only where nothing is joined.
+    light_delta: bool,
+    eye_delta: bool,
+}
+
+impl<'a> Bidirectional<'a> {
+    pub(super) fn new(
+        scene: &'a Scene,
+        frame: &'a Frame,
+        params: &'a BdptParams,
+        lights: &'a LightSelection,
+        emission: &'a LightSelection,
+    ) -> Bidirectional<'a> {
+        let pixels = |[w, h]: [u32; 2]| f64::from(w) * f64::from(h);
+        let light_paths = pixels(frame.size());
+        Bidirectional {
+            scene,
+            frame,
+            lights,
+            emission,
+            params,
+            max_depth: params.max_bounces(),
+            only_depth: u32::try_from(params.only_depth).ok(),
+            splat_scale: (1.0 / light_paths) as f32,
+            light_paths: light_paths / pixels(frame.resolution),
+            light: Vec::new(),
+            eye: Vec::new(),
+            links: Vec::new(),
+            densities: Vec::new(),
+        }
+    }
+
+    /// One sample of one pixel: what the pixel gets, and what others get.
+    pub(super) fn sample(
+        &mut self,
+        pixel: [u32; 2],
+        index: u64,
+        features: bool,
+        splats: &mut Vec<Splat>,
+        stats: &mut PassStats,
+    ) -> PixelRecord {
+        let (mut light, mut eye) = (std::mem::take(&mut self.light), std::mem::take(&mut self.eye));
+        let record = self.pair(pixel, index, features, (&mut light, &mut eye), splats, stats);
+        (self.light, self.eye) = (light, eye);
+        record
+    }
+
+    fn pair(
+        &mut self,
+        pixel: [u32; 2],
+        index: u64,
+        features: bool,
+        (light, eye): (&mut Subpath<'a>, &mut Subpath<'a>),
+        splats: &mut Vec<Splat>,
+        stats: &mut PassStats,
+    ) -> PixelRecord {
+        let (scene, frame) = (self.scene, self.frame);
+        // The eye's subpath.
+        let mut sampler = frame.sampler.start(pixel, index);
+        let mut root = frame.sampler.start(pixel, index);
+        let u = sampler.get_vertex();
+        let film = frame.film_sample(pixel, Vec2::new(u[0], u[1]));
+        let camera = scene.camera.sample_we(film.film, Vec2::new(u[2], u[3]), u[4]);
+        let lambda = Wavelengths::sample_for(scene.mode, u[5]);
+        let camera_end = CameraEnd::new(scene, &camera.ray);
+        let start = Start {
+            ray: camera.ray,
+            t_max: camera.t_max,
+            beta: Spectrum::ONE,
+            lambda,
+            departure: camera_end.departure,
+            footprint: camera.width * scene.footprint_scale,
+            spread: camera.spread * scene.footprint_scale,
+        };
+        let most = |more: u32| self.max_depth.saturating_add(more) as usize;
+        let walker = Walker {
+            scene,
+            roulette: self.params.roulette(),
+            mode: Mode::Radiance,
+            until_smooth: false,
+        };
+        let escape = walker.walk(&start, most(1), &mut sampler, eye, stats);
+
+        // The light's.
+        let mut sampler = root.fork(LIGHT_BRANCH);
+        let time = camera.ray.time;
+        let emitted = LightEnd::emit(scene, self.emission, &lambda, time, &mut sampler);
+        light.clear();
+        if let Some((_, start)) = &emitted {
+            let walker = Walker { mode: Mode::Importance, ..walker };
+            walker.walk(start, most(0), &mut sampler, light, stats);
+        }
+
+        // (1), the strategies that end in this pixel.
+        let mut rgb = [0.0; 3];
+        let mut add = |l: Spectrum, lambda: &Wavelengths, stats: &mut PassStats| {
+            let c = frame.sensor.rgb(l, lambda);
+            match c.iter().all(|v| v.is_finite()) {
+                true => rgb.iter_mut().zip(c).for_each(|(sum, v)| *sum += v),
+                false => stats.bad_samples += 1,
+            }
+        };
+        let (eye, light) = (&*eye, &*light);
+        let mut record = PixelRecord::default();
+        for (i, z) in eye.iter().enumerate() {
+            if let (0, true) = (i, features) {
+                describe(scene, &z.surface, &z.bsdf, z.wo, &z.lambda, &mut record);
+            }
+            if let Some(id) = z.surface.light {
+                let le = scene.light(id).le(scene, &z.surface, z.wo, &z.lambda);
+                let found = (id, z.surface.p, z.surface.ng, z.wo);
+                add(z.beta * le * self.found(&eye[..i], &camera_end, found, le), &z.lambda, stats);
+            }
+            if !z.bsdf.lobes().has(Lobes::SMOOTH) {
+                continue;
+            }
+            if let Some(l) = self.next_event(&eye[..=i], &camera_end, stats) {
+                add(l, &z.lambda, stats);
+            }
+            for j in 0..light.len() {
+                let Some((end, _)) = &emitted else { break };
+                let paths = (&light[..=j], &eye[..=i]);
+                if let Some((l, lambda)) = self.join(paths, end, &camera_end, stats) {
+                    add(l, &lambda, stats);
+                }
+            }
+        }
+        if let Some(escape) = escape {
+            for &id in &scene.environments {
+                let le = scene.light(id).escaped(escape.d, &escape.lambda).le;
+                let found = (id, Vec3::ZERO, Vec3::ZERO, -escape.d);
+                let w = self.found(eye, &camera_end, found, le);
+                add(escape.beta * le * w, &escape.lambda, stats);
+            }
+        }
+
+        // Those that end in others.
+        if let Some((end, _)) = &emitted {
+            for j in 0..light.len() {
+                self.connect_lens(&light[..=j], end, splats, stats);
+            }
+        }
+        let rgb = frame.clamp(rgb);
+        PixelRecord { rgb, weight: film.weight, ..record }
+    }
+
+    /// True if the strategy with `s` vertices from the light and `t` from the eye is wanted.
+    fn wanted(&self, s: usize, t: usize) -> bool {
+        let depth = (s + t - 2) as u32;
+        depth <= self.max_depth
+            && self.only_depth.is_none_or(|d| d == depth)
+            && self.params.strategy.is_none_or(|only| only == (s, t))
+    }
+
+    /// w of (2): the eye's subpath, which met `eye`, found a light.
+    fn found(
+        &mut self,
+        eye: &[Vertex],
+        camera: &CameraEnd,
+        (id, p, n, w): (LightId, Vec3, Vec3, Vec3),
+        le: Spectrum,
+    ) -> f32 {
+        let t = eye.len() + 2;
+        if le.is_black() || !self.wanted(0, t) || (t == 2 && self.params.hide_emitters) {
+            return 0.0;
+        }
+        let Some(last) = eye.last() else { return 1.0 };
+        let end = LightEnd::new(self.scene, self.emission, id, p, n, w);
+        let at_eye = (last.pdf, last.pdf_rev);
+        let join = Join { at_eye, eye_delta: last.delta, ..Join::default() };
+        self.weight(0, (&[], eye), &end, camera, &join)
+    }
+
+    /// (3), weighted.
+    fn next_event(
+        &mut self,
+        eye: &[Vertex<'a>],
+        camera: &CameraEnd,
+        stats: &mut PassStats,
+    ) -> Option<Spectrum> {
+        if !self.wanted(1, eye.len() + 1) {
+            return None;
+        }
+        let c = eye.last()?.next_event(self.scene, self.lights, self.emission)?;
+        let join = Join { at_eye: c.pdf, ..Join::default() };
+        let w = self.weight(1, (&[], eye), &c.end, camera, &join);
+        self.open(&c.segment, w, stats).then(|| c.value * w)
+    }
+
+    /// (4), weighted.
+    fn join(
+        &mut self,
+        (light, eye): (&[Vertex<'a>], &[Vertex<'a>]),
+        end: &LightEnd,
+        camera: &CameraEnd,
+        stats: &mut PassStats,
+    ) -> Option<(Spectrum, Wavelengths)> {
+        let s = light.len() + 1;
+        let (y, z) = (light.last()?, eye.last()?);
+        if !self.wanted(s, eye.len() + 1) || !y.bsdf.lobes().has(Lobes::SMOOTH) {
+            return None;
+        }
+        let c = path_space::join(y, z)?;
+        let join = Join { at_light: c.pdf, at_eye: c.end.pdf_eye, ..Join::default() };
+        let w = self.weight(s, (light, eye), end, camera, &join);
+        self.open(&c.segment, w, stats).then(|| (c.value * w, c.end.lambda))
+    }
+
+    /// True if a contribution of weight `w` is not hidden.
+    fn open(&self, segment: &Segment, w: f32, stats: &mut PassStats) -> bool {
+        if w <= 0.0 {
+            return false;
+        }
+        stats.shadow_rays += 1;
+        !self.scene.occluded(segment)
+    }
+
+    /// (5) and (6), weighted.
+    fn connect_lens(
+        &mut self,
+        light: &[Vertex<'a>],
+        end: &LightEnd,
+        splats: &mut Vec<Splat>,
+        stats: &mut PassStats,
+    ) {
+        let Some(y) = light.last() else { return };
+        let s = light.len() + 1;
+        if self.wanted(s, 1)
+            && y.bsdf.lobes().has(Lobes::SMOOTH)
+            && let Some(c) = path_space::to_lens(self.scene, y)
+        {
+            let join = Join { at_light: c.pdf, ..Join::default() };
+            let w = self.weight(s, (light, &[]), end, &c.end.camera, &join);
+            if self.open(&c.segment, w, stats) {
+                self.splat(c.value * w, c.end.film, &y.lambda, splats, stats);
+            }
+        }
+        if y.onward.is_some() && self.wanted(s + 1, 0) {
+            self.at_lens(light, end, splats, stats);
+        }
+    }
+
+    /// (6), weighted: where the light path goes on from its last vertex.
+    fn at_lens(
+        &mut self,
+        light: &[Vertex<'a>],
+        end: &LightEnd,
+        splats: &mut Vec<Splat>,
+        stats: &mut PassStats,
+    ) {
+        let (scene, Some(y)) = (self.scene, light.last()) else { return };
+        let Some((ray, beta)) = y.onward else { return };
+        let Some(hit) = scene.camera.meet_lens(&ray) else { return };
+        let back = kaustika_math::Ray { o: hit.p, d: -ray.d, time: ray.time };
+        let camera = CameraEnd::new(scene, &back);
+        let at_light = (y.pdf, y.pdf_rev);
+        let join = Join { at_light, light_delta: y.delta, ..Join::default() };
+        let w = self.weight(light.len() + 2, (light, &[]), end, &camera, &join);
+        let segment = Segment { ray, t_max: (hit.p_near - ray.o).length() };
+        if self.open(&segment, w, stats) {
+            self.splat(beta * (hit.we * w), hit.film, &y.lambda, splats, stats);
+        }
+    }
+
+    fn splat(
+        &self,
+        value: Spectrum,
+        film: Vec2,
+        lambda: &Wavelengths,
+        splats: &mut Vec<Splat>,
+        stats: &mut PassStats,
+    ) {
+        let rgb = self.frame.sensor.rgb(value * self.splat_scale, lambda);
+        match rgb.iter().all(|v| v.is_finite()) {
+            true => splats.push(Splat { film, rgb: self.frame.clamp(rgb) }),
+            false => stats.bad_samples += 1,
+        }
+    }
+
+    /// w_{s,t} of the path end, `light`, `eye` (from the lens on), camera.
+    fn weight(
+        &mut self,
+        s: usize,
+        (light, eye): (&[Vertex], &[Vertex]),
+        end: &LightEnd,
+        camera: &CameraEnd,
+        join: &Join,
+    ) -> f32 {
+        if !self.params.weighted {
+            return 1.0;
+        }
+        let (scene, lights) = (self.scene, self.lights);
+        let (a, b) = (light.len(), eye.len());
+        let Some(x1) = light.first().or(eye.last()) else { return 1.0 };
+        // Back from vertex i toward the one before it, as the path goes there.
+        let back = |path: &[Vertex], i: usize, at_join: f64| match i + 1 == path.len() {
+            true => at_join,
+            false => path[i].pdf_rev,
+        };
+        let g = |from: &Vertex, to: &Vertex| {
+            solid_angle_to_area(from.surface.p, to.surface.p, to.surface.ng)
+        };
+        let arrival = |d: &Departure, v: &Vertex| d.density(v.surface.p, v.surface.ng);
+
+        self.links.clear();
+        let to_light = match a {
+            0 => join.at_eye.0,
+            _ => back(light, 0, join.at_light.1),
+        };
+        let eye_0 = to_light * end.area(x1.surface.p);
+        self.links.push(Link { light: end.emission, eye: eye_0, delta: false });
+        for (i, y) in light.iter().enumerate() {
+            let from_eye = match (light.get(i + 1), eye.last()) {
+                (Some(next), _) => back(light, i + 1, join.at_light.1) * g(next, y),
+                (None, Some(z)) => join.at_eye.0 * g(z, y),
+                (None, None) => arrival(&camera.departure, y),
+            };
+            let delta = if i + 1 == a { join.light_delta } else { y.delta };
+            self.links.push(Link { light: y.arrival, eye: from_eye, delta });
+        }
+        for (i, z) in eye.iter().enumerate().rev() {
+            let from_light = match (eye.get(i + 1), light.last()) {
+                (Some(next), _) => back(eye, i + 1, join.at_eye.1) * g(next, z),
+                (None, Some(y)) => join.at_light.0 * g(y, z),
+                (None, None) => arrival(&end.departure, z),
+            };
+            let delta = if i + 1 == b { join.eye_delta } else { z.delta };
+            self.links.push(Link { light: from_light, eye: z.arrival, delta });
+        }
+        let (last, to_lens) = match (eye.first(), light.last()) {
+            (Some(z), _) => (z, back(eye, 0, join.at_eye.1)),
+            (None, Some(y)) => (y, join.at_light.0),
+            (None, None) => return 1.0,
+        };
+        let lens_light = to_lens * camera.area(last.surface.p);
+        self.links.push(Link { light: lens_light, eye: camera.lens, delta: false });
+
+        let joint = Joint {
+            next_event: end.next_event(scene, lights, x1),
+            connection: camera.connection,
+            hittable_light: end.hittable,
+            hittable_lens: camera.aperture.is_some(),
+            seen: camera.seen,
+            light_paths: self.light_paths,
+        };
+        strategy_weight(&self.links, &joint, s, self.params.mis, &mut self.densities)
+    }
+}

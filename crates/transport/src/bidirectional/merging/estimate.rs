@@ -1,0 +1,433 @@
+//! The estimator of one pass.
+//!
+//! ```text
+//! L ≈ Σ w_c C_{s,t}  +  Σ_{|y - z| < r} w_m βᴸ f(z) βᴱ / (π r² N)                       (1)
+//! ```
+//!
+//! C_{s,t} are the connections of bidirectional path tracing; the second sum merges a vertex z of
+//! the eye path with the vertices y of all N light paths of the pass. f is without its cosine: that
+//! is in the density of the y on the surface. All weights are 1 / (1 + w_L + w_E), from
+//! [`super::recursion`].
+
+use super::params::{Mode, VcmParams};
+use super::photons::{Photon, Photons};
+use super::recursion::{Carried, Weights};
+use crate::features::describe;
+use crate::frame::Frame;
+use crate::method::{PassStats, RenderError};
+use crate::path_space::{
+    self, CameraEnd, LightEnd, Splat, Start, Subpath, Vertex, Walker, solid_angle_to_area,
+};
+use crate::workers::Workers;
+use kaustika_film::accumulate::PixelRecord;
+use kaustika_math::{Vec2, Vec3};
+use kaustika_sampling::hash::combine;
+use kaustika_scene::bsdf::{Lobes, Mode as Carrying};
+use kaustika_scene::{LightId, LightSelection, Scene, Segment};
+use kaustika_spectra::{Spectrum, Wavelengths};
+use rayon::prelude::*;
+use std::f32::consts::PI;
+
+/// Branch of the sampler for light paths.
+const LIGHT_BRANCH: u64 = 0x006c_6967_6874;
+/// Light paths of a chunk.
+const CHUNK: usize = 2048;
+
+/// Estimates one pass of a picture.
+pub(super) struct Estimator<'a> {
+    scene: &'a Scene,
+    frame: &'a Frame,
+    params: &'a VcmParams,
+    lights: &'a LightSelection,
+    emission: &'a LightSelection,
+    weights: Weights,
+    index: u64,
+    radius: f32,
+    max_depth: usize,
+    only_depth: Option<usize>,
+    /// N.
+    count: f32,
+    /// Light is shared between pixels, so all paths of a pass have the same wavelengths and time.
+    lambda: Wavelengths,
+    time: f32,
+}
+
+/// Room for one pair of paths.
+#[derive(Default)]
+pub(super) struct Room<'a> {
+    light: Subpath<'a>,
+    eye: Subpath<'a>,
+    of_light: Vec<Carried>,
+    of_eye: Vec<Carried>,
+}
+
+/// A number in [0, 1) for a pass: van der Corput's, shifted.
+fn of_pass(index: u64, seed: u64) -> f32 {
+    let vdc = (index as u32).reverse_bits() >> 8;
+    let shift = (combine(seed, 0x7063) >> 40) as u32;
+    ((vdc + shift) & 0xff_ffff) as f32 / (1u32 << 24) as f32
+}
+
+impl<'a> Estimator<'a> {
+    /// For pass `index`; `lights` are those for surfaces and those for emission.
+    pub(super) fn new(
+        scene: &'a Scene,
+        frame: &'a Frame,
+        params: &'a VcmParams,
+        lights: (&'a LightSelection, &'a LightSelection),
+        index: u64,
+    ) -> Estimator<'a> {
+        let pixels = |[w, h]: [u32; 2]| f64::from(w) * f64::from(h);
+        let count = pixels(frame.size());
+        let radius = params.radius(scene.radius, index);
+        let light_paths = count / pixels(frame.resolution);
+        let (connects, merges) = (params.mode.connects(), params.mode.merges());
+        let power = params.mis == super::params::Heuristic::Power;
+        let seed = frame.sampler.config().seed;
+        Estimator {
+            scene,
+            frame,
+            params,
+            lights: lights.0,
+            emission: lights.1,
+            weights: Weights::new(power, radius, count, light_paths, connects, merges),
+            index,
+            radius,
+            max_depth: params.max_bounces() as usize,
+            only_depth: usize::try_from(params.only_depth).ok(),
+            count: count as f32,
+            lambda: Wavelengths::sample_for(scene.mode, of_pass(index, seed)),
+            time: of_pass(index, combine(seed, 1)),
+        }
+    }
+
+    pub(super) fn room(&self) -> Room<'a> {
+        Room::default()
+    }
+
+    /// All vertices of light paths that can be merged.
+    pub(super) fn photons(
+        &self,
+        workers: &Workers,
+        stats: &mut PassStats,
+    ) -> Result<Photons, RenderError> {
+        if !self.params.mode.merges() {
+            return Ok(Photons::default());
+        }
+        let [width, height] = self.frame.size();
+        let count = width as usize * height as usize;
+        let chunk = |chunk: usize| {
+            let mut room = self.room();
+            let mut photons = Vec::new();
+            let mut stats = PassStats::default();
+            if workers.cancelled() {
+                return (photons, stats);
+            }
+            for i in chunk * CHUNK..count.min((chunk + 1) * CHUNK) {
+                let [x, y] = [i as u32 % width, i as u32 / width];
+                let pixel = [self.frame.region[0] + x, self.frame.region[1] + y];
+                if self.light_path(pixel, &mut room, &mut stats).is_some() {
+                    let vertices = room.light.iter().zip(&room.of_light).enumerate();
+                    photons.extend(vertices.filter_map(|(i, (v, c))| photon(i, v, c)));
+                }
+            }
+            (photons, stats)
+        };
+        let chunks: Vec<_> =
+            workers.install(|| (0..count.div_ceil(CHUNK)).into_par_iter().map(chunk).collect());
+        if workers.cancelled() {
+            return Err(RenderError::Cancelled);
+        }
+        let mut all = Vec::new();
+        for (photons, s) in chunks {
+            all.extend(photons);
+            *stats += s;
+        }
+        Ok(Photons::new(all, self.radius))
+    }
+
+    /// The light path that goes with a pixel.
+    fn light_path(
+        &self,
+        pixel: [u32; 2],
+        room: &mut Room<'a>,
+        stats: &mut PassStats,
+    ) -> Option<LightEnd> {
+        let mut root = self.frame.sampler.start(pixel, self.index);
+        let mut sampler = root.fork(LIGHT_BRANCH);
+        let (end, start) =
+            LightEnd::emit(self.scene, self.emission, &self.lambda, self.time, &mut sampler)?;
+        let roulette = self.params.roulette();
+        let walker =
+            Walker { scene: self.scene, roulette, mode: Carrying::Importance, until_smooth: false };
+        walker.walk(&start, self.max_depth, &mut sampler, &mut room.light, stats);
+        self.weights.of_light(self.scene, self.lights, &end, &room.light, &mut room.of_light);
+        Some(end)
+    }
+
+    /// One sample of one pixel: what the pixel gets, and what others get.
+    pub(super) fn sample(
+        &self,
+        pixel: [u32; 2],
+        features: bool,
+        photons: &Photons,
+        room: &mut Room<'a>,
+        splats: &mut Vec<Splat>,
+        stats: &mut PassStats,
+    ) -> PixelRecord {
+        let (scene, frame, mode) = (self.scene, self.frame, self.params.mode);
+        let mut sampler = frame.sampler.start(pixel, self.index);
+        let u = sampler.get_vertex();
+        let film = frame.film_sample(pixel, Vec2::new(u[0], u[1]));
+        let camera = scene.camera.sample_we(film.film, Vec2::new(u[2], u[3]), self.time);
+        let camera_end = CameraEnd { aperture: None, ..CameraEnd::new(scene, &camera.ray) };
+        let start = Start {
+            ray: camera.ray,
+            t_max: camera.t_max,
+            beta: Spectrum::ONE,
+            lambda: self.lambda,
+            departure: camera_end.departure,
+            footprint: camera.width * scene.footprint_scale,
+            spread: camera.spread * scene.footprint_scale,
+        };
+        let walker = Walker {
+            scene,
+            roulette: self.params.roulette(),
+            mode: Carrying::Radiance,
+            until_smooth: mode == Mode::Ppm,
+        };
+        let most = self.max_depth.saturating_add(1);
+        let escape = walker.walk(&start, most, &mut sampler, &mut room.eye, stats);
+        self.weights.of_eye(&camera_end, &room.eye, &mut room.of_eye);
+        let end = match mode.connects() {
+            true => self.light_path(pixel, room, stats),
+            false => None,
+        };
+
+        let mut rgb = [0.0; 3];
+        let mut add = |l: Spectrum, lambda: &Wavelengths, stats: &mut PassStats| {
+            let c = frame.sensor.rgb(l, lambda);
+            match c.iter().all(|v| v.is_finite()) {
+                true => rgb.iter_mut().zip(c).for_each(|(sum, v)| *sum += v),
+                false => stats.bad_samples += 1,
+            }
+        };
+        let mut record = PixelRecord::default();
+        for (i, (z, c)) in room.eye.iter().zip(&room.of_eye).enumerate() {
+            if let (0, true) = (i, features) {
+                describe(scene, &z.surface, &z.bsdf, z.wo, &z.lambda, &mut record);
+            }
+            if let Some(id) = z.surface.light {
+                let le = scene.light(id).le(scene, &z.surface, z.wo, &z.lambda);
+                let found = (id, z.surface.p, z.surface.ng, z.wo);
+                let w = self.found(&room.eye[..i], &room.of_eye, found, le);
+                add(z.beta * le * w, &z.lambda, stats);
+            }
+            if !z.bsdf.lobes().has(Lobes::SMOOTH) {
+                continue;
+            }
+            if mode.merges() {
+                self.merge(i, z, c, photons, &mut |l, lambda| add(l, lambda, stats));
+            }
+            if end.is_none() {
+                continue;
+            }
+            if let Some(l) = self.next_event(i, z, c, stats) {
+                add(l, &z.lambda, stats);
+            }
+            for (j, y) in room.light.iter().enumerate() {
+                if let Some((l, lambda)) = self.join((j, y, &room.of_light[j]), (i, z, c), stats) {
+                    add(l, &lambda, stats);
+                }
+            }
+        }
+        if let Some(escape) = escape {
+            for &id in &scene.environments {
+                let le = scene.light(id).escaped(escape.d, &escape.lambda).le;
+                let found = (id, Vec3::ZERO, Vec3::ZERO, -escape.d);
+                let w = self.found(&room.eye, &room.of_eye, found, le);
+                add(escape.beta * le * w, &escape.lambda, stats);
+            }
+        }
+        if end.is_some() {
+            for (j, (y, c)) in room.light.iter().zip(&room.of_light).enumerate() {
+                self.connect_lens(j, y, c, splats, stats);
+            }
+        }
+        PixelRecord { rgb: frame.clamp(rgb), weight: film.weight, ..record }
+    }
+
+    /// True if paths of this many bounces are wanted.
+    fn counts(&self, depth: usize) -> bool {
+        depth <= self.max_depth && self.only_depth.is_none_or(|d| d == depth)
+    }
+
+    /// Weight of the light that an eye path found which had met `eye`.
+    fn found(
+        &self,
+        eye: &[Vertex],
+        carried: &[Carried],
+        (id, p, n, w): (LightId, Vec3, Vec3, Vec3),
+        le: Spectrum,
+    ) -> f32 {
+        let depth = eye.len();
+        if le.is_black() || !self.counts(depth) || (depth == 0 && self.params.hide_emitters) {
+            return 0.0;
+        }
+        let Some(z) = eye.last() else { return 1.0 };
+        if !self.params.mode.connects() {
+            // What is not pure mirrors and glass is the photons'.
+            let pure = eye.iter().all(|v| v.delta);
+            return if pure { 1.0 } else { 0.0 };
+        }
+        let (m, c) = (|x| self.weights.m(x), &carried[depth - 1]);
+        let end = LightEnd::new(self.scene, self.emission, id, p, n, w);
+        let arrival = z.pdf * end.area(z.surface.p);
+        let emitted = m(end.emission / arrival) * m(self.departure(&end, z));
+        let back = m(z.pdf_rev) * c.vc;
+        let others = match z.delta {
+            true => emitted * back,
+            false => {
+                m(end.next_event(self.scene, self.lights, z) / arrival)
+                    + emitted * (self.weights.eta_m + c.vcm + back)
+            }
+        };
+        1.0 / (1.0 + others)
+    }
+
+    /// Density of x₁ by emission from x₀.
+    fn departure(&self, end: &LightEnd, x1: &Vertex) -> f64 {
+        end.departure.density(x1.surface.p, x1.surface.ng)
+    }
+
+    fn next_event(
+        &self,
+        i: usize,
+        z: &Vertex,
+        c: &Carried,
+        stats: &mut PassStats,
+    ) -> Option<Spectrum> {
+        if !self.counts(i + 1) {
+            return None;
+        }
+        let e = z.next_event(self.scene, self.lights, self.emission)?;
+        let (weights, end) = (&self.weights, &e.end);
+        let chosen = end.next_event(self.scene, self.lights, z);
+        let found = match end.hittable {
+            true => weights.m(e.pdf.0 * end.area(z.surface.p) / chosen),
+            false => 0.0,
+        };
+        let emitted = end.emission * self.departure(end, z) / chosen;
+        let w = 1.0 / (1.0 + found + weights.side(c, emitted, e.pdf.1));
+        self.open(&e.segment, stats).then(|| e.value * w)
+    }
+
+    fn join(
+        &self,
+        (j, y, c_y): (usize, &Vertex, &Carried),
+        (i, z, c_z): (usize, &Vertex, &Carried),
+        stats: &mut PassStats,
+    ) -> Option<(Spectrum, Wavelengths)> {
+        if !self.counts(i + j + 2) || !y.bsdf.lobes().has(Lobes::SMOOTH) {
+            return None;
+        }
+        let joined = path_space::join(y, z)?;
+        let (pdf_y, pdf_z) = (joined.pdf, joined.end.pdf_eye);
+        let g = |from: &Vertex, to: &Vertex| {
+            solid_angle_to_area(from.surface.p, to.surface.p, to.surface.ng)
+        };
+        let light = self.weights.side(c_y, pdf_z.0 * g(z, y), pdf_y.1);
+        let eye = self.weights.side(c_z, pdf_y.0 * g(y, z), pdf_z.1);
+        let w = 1.0 / (1.0 + light + eye);
+        self.open(&joined.segment, stats).then(|| (joined.value * w, joined.end.lambda))
+    }
+
+    fn connect_lens(
+        &self,
+        j: usize,
+        y: &Vertex,
+        c: &Carried,
+        splats: &mut Vec<Splat>,
+        stats: &mut PassStats,
+    ) {
+        if !self.counts(j + 1) || !y.bsdf.lobes().has(Lobes::SMOOTH) {
+            return;
+        }
+        let Some(l) = path_space::to_lens(self.scene, y) else { return };
+        let camera = &l.end.camera;
+        let seen = camera.lens * camera.departure.density(y.surface.p, y.surface.ng)
+            / (self.weights.light_paths * camera.connection);
+        let w = 1.0 / (1.0 + self.weights.side(c, seen, l.pdf.1));
+        if !self.open(&l.segment, stats) {
+            return;
+        }
+        let rgb = self.frame.sensor.rgb(l.value * (w / self.count), &y.lambda);
+        match rgb.iter().all(|v| v.is_finite()) {
+            true => splats.push(Splat { film: l.end.film, rgb: self.frame.clamp(rgb) }),
+            false => stats.bad_samples += 1,
+        }
+    }
+
+    /// The second sum of (1).
+    fn merge(
+        &self,
+        i: usize,
+        z: &Vertex,
+        c: &Carried,
+        photons: &Photons,
+        add: &mut impl FnMut(Spectrum, &Wavelengths),
+    ) {
+        let kernel = 1.0 / (PI * self.radius * self.radius * self.count);
+        let (mut sum, mut hero) = (Spectrum::ZERO, Spectrum::ZERO);
+        photons.near(z.surface.p, |photon| {
+            if !self.counts(i + photon.depth as usize) {
+                return;
+            }
+            let (f, (pdf, pdf_rev)) =
+                z.bsdf.eval_pdf(z.wo, photon.wo, Carrying::Radiance, Lobes::ALL);
+            if f.is_black() {
+                return;
+            }
+            let w = match self.params.mode {
+                Mode::Ppm => 1.0,
+                _ => {
+                    let light = self.weights.merged_side(&photon.carried(), pdf.into());
+                    1.0 / (1.0 + light + self.weights.merged_side(c, pdf_rev.into()))
+                }
+            };
+            // Grazing photons are few and heavy; below this cosine the surface is its own edge.
+            let cos = z.surface.ng.abs_dot(photon.wo).max(1e-3);
+            let l = f * photon.beta * (w / cos);
+            match photon.dispersed {
+                true => hero += l,
+                false => sum += l,
+            }
+        });
+        if !sum.is_black() {
+            add(sum * z.beta * kernel, &z.lambda);
+        }
+        if !hero.is_black() {
+            let mut lambda = z.lambda;
+            lambda.terminate_secondary();
+            add(hero * z.beta * kernel, &lambda);
+        }
+    }
+
+    fn open(&self, segment: &Segment, stats: &mut PassStats) -> bool {
+        stats.shadow_rays += 1;
+        !self.scene.occluded(segment)
+    }
+}
+
+/// The photon of the light path's vertex number `i`, where light can be merged.
+fn photon(i: usize, v: &Vertex, c: &Carried) -> Option<Photon> {
+    v.bsdf.lobes().has(Lobes::SMOOTH).then(|| Photon {
+        p: v.surface.p,
+        wo: v.wo,
+        beta: v.beta,
+        vcm: c.vcm,
+        vm: c.vm,
+        depth: i as u32 + 1,
+        dispersed: v.lambda.secondary_terminated(),
+    })
+}

@@ -1,0 +1,105 @@
+//! Bidirectional path tracing (Lafortune & Willems 1993; Veach & Guibas 1994; Veach 1997, ch. 10).
+//!
+//! Every sample makes a subpath from a light and one from the eye, joins every vertex of the one
+//! to every vertex of the other, and weighs each joint path against all ways to have made it.
+//! Good at caustics on what is seen directly and at light that comes over a corner; bad at
+//! reflections of caustics, which no strategy but chance finds.
+
+mod connect;
+mod merging;
+mod params;
+mod weight;
+
+pub use merging::{
+    HashGrid, INFO as VCM_INFO, PPM_INFO, Vcm, VcmParams, parameters as vcm_parameters,
+    ppm_parameters,
+};
+pub use params::{BdptParams, parameters};
+pub use weight::{Joint, Link, strategy_weight};
+
+use self::connect::Bidirectional;
+use crate::frame::Frame;
+use crate::lights;
+use crate::method::{
+    Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule,
+};
+use crate::path_space::{emission_table, splat_bands};
+use crate::workers::Workers;
+use kaustika_film::accumulate::PassImage;
+use kaustika_scene::{LightSelection, Scene};
+
+/// What bidirectional path tracing is.
+pub static INFO: MethodInfo = MethodInfo {
+    name: "bdpt",
+    summary: "bidirectional path tracing with all strategies combined by multiple importance sampling",
+    path_class: "L(D|S)*E",
+    bias: Bias::Unbiased,
+    schedule: Schedule::Stateless,
+    one_spp: "one camera path and one light path a pixel, all connections",
+    source: "Veach & Guibas 1994; Veach 1997, ch. 10",
+};
+
+/// Samples of a chunk.
+const CHUNK: u32 = 2048;
+
+/// The method.
+#[derive(Debug)]
+pub struct Bdpt {
+    params: BdptParams,
+    /// How lights are chosen from surfaces, if that was learned.
+    lights: Option<LightSelection>,
+    /// How lights are chosen to emit.
+    emission: LightSelection,
+}
+
+impl Bdpt {
+    /// With these parameters.
+    pub fn new(params: BdptParams) -> Bdpt {
+        Bdpt { params, lights: None, emission: LightSelection::default() }
+    }
+}
+
+impl Method for Bdpt {
+    fn info(&self) -> &'static MethodInfo {
+        &INFO
+    }
+
+    fn prepare(
+        &mut self,
+        scene: &Scene,
+        frame: &Frame,
+        workers: &Workers,
+    ) -> Result<(), RenderError> {
+        self.lights = lights::learn(scene, frame, self.params.max_bounces(), workers);
+        self.emission = emission_table(scene);
+        Ok(())
+    }
+
+    fn pass(
+        &mut self,
+        index: u64,
+        scene: &Scene,
+        frame: &Frame,
+        out: &mut PassImage,
+        workers: &Workers,
+    ) -> Result<Commit, RenderError> {
+        let lights = self.lights.as_ref().unwrap_or(&scene.light_selection);
+        let rows = CHUNK.div_ceil(out.width()).max(1);
+        let room = || Bidirectional::new(scene, frame, &self.params, lights, &self.emission);
+        let bands = splat_bands(workers, frame, out, rows, room, |room, band, splats| {
+            let mut stats = PassStats::default();
+            for y in 0..band.height() {
+                for x in 0..band.width() {
+                    let pixel = [frame.region[0] + x, frame.region[1] + band.y + y];
+                    let features = band.wants_features();
+                    let record = room.sample(pixel, index, features, splats, &mut stats);
+                    band.add(x, y, &record);
+                }
+            }
+            stats
+        })?;
+        let mut stats = PassStats::default();
+        bands.into_iter().for_each(|s| stats += s);
+        Ok(Commit { kind: CommitKind::Average, stats })
+    }
+}

@@ -1,0 +1,301 @@
+//! Light tracing: paths start at the lights, and every surface they meet is shown to the camera
+//! (Arvo 1986; Dutré, Lafortune & Willems 1993; Veach 1997, sec. 10.3.4: t = 1).
+//!
+//! ```text
+//! Φ ≈ βᴸ f(ωₒ,ω_c)|cos θ_c| V Wₑ / p_C     at each vertex, added to the pixel where it shows     (1)
+//! Φ ≈ βᴸ Wₑ                                where the path meets the lens by itself               (2)
+//! ```
+//!
+//! βᴸ is the flux that arrives at a vertex over the density of the path. (1) is next event
+//! estimation toward the lens; (2), its companion without, needs a lens with an area.
+//!
+//! Good at caustics that are seen directly; blind to all that is seen in a mirror or through
+//! clear glass, and to the lights themselves.
+
+use crate::features::describe;
+use crate::frame::Frame;
+use crate::method::{
+    Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule,
+};
+use crate::path_space::{
+    self, LightEnd, Splat, Subpath, Vertex, Walker, emission_table, splat_bands,
+};
+use crate::registry::Parameter;
+use crate::roulette::{Roulette, Survival};
+use crate::workers::Workers;
+use kaustika_film::accumulate::{PassImage, PixelRecord};
+use kaustika_math::Vec2;
+use kaustika_sampling::Sampler;
+use kaustika_scene::bsdf::{Lobes, Mode};
+use kaustika_scene::{LightSelection, Scene, Segment};
+use kaustika_spectra::{Spectrum, Wavelengths};
+use serde::Deserialize;
+
+/// What light tracing is.
+pub static INFO: MethodInfo = MethodInfo {
+    name: "light",
+    summary: "light tracing: paths from the lights, every vertex connected to the lens",
+    path_class: "L(D|S)*DE",
+    bias: Bias::Unbiased,
+    schedule: Schedule::Stateless,
+    one_spp: "one light path for each pixel",
+    source: "Arvo 1986; Dutré, Lafortune & Willems 1993; Veach 1997, sec. 10.3",
+};
+
+/// Samples of a chunk.
+const CHUNK: u32 = 4096;
+
+/// Everything that can be set with `-p KEY=VALUE`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LightParams {
+    /// Longest path, counted as pbrt does: 1 direct light; -1 no limit.
+    #[serde(deserialize_with = "crate::registry::bounces")]
+    pub max_depth: i64,
+    /// No Russian roulette before more than this many bounces.
+    pub rr_depth: u32,
+    /// Survival rule.
+    pub roulette: Survival,
+    /// Throughput below which the rule `throughput` plays, above 0.
+    #[serde(deserialize_with = "crate::registry::positive")]
+    pub rr_threshold: f32,
+    /// False: paths must meet the lens by themselves.
+    pub nee: bool,
+    /// Only paths of exactly this many bounces; -1 all.
+    #[serde(deserialize_with = "crate::registry::bounces")]
+    pub only_depth: i64,
+}
+
+impl Default for LightParams {
+    fn default() -> Self {
+        LightParams {
+            max_depth: -1,
+            rr_depth: 1,
+            roulette: Survival::Throughput,
+            rr_threshold: 0.4,
+            nee: true,
+            only_depth: -1,
+        }
+    }
+}
+
+/// The parameters with their defaults and meanings.
+pub fn parameters() -> Vec<Parameter> {
+    let d = LightParams::default();
+    let p = |key, default: String, help| Parameter { key, default, help };
+    vec![
+        p(
+            "max_depth",
+            d.max_depth.to_string(),
+            "longest path as pbrt counts (1 direct light; -1 no limit); a scene file's own value comes first",
+        ),
+        p(
+            "rr_depth",
+            d.rr_depth.to_string(),
+            "no Russian roulette before more than this many bounces",
+        ),
+        p("roulette", "throughput".into(), "survival rule: none, throughput, albedo"),
+        p(
+            "rr_threshold",
+            d.rr_threshold.to_string(),
+            "throughput below which the rule `throughput` plays",
+        ),
+        p(
+            "nee",
+            d.nee.to_string(),
+            "false: paths are not connected to the lens but must meet it, which needs a lens with an area",
+        ),
+        p(
+            "only_depth",
+            d.only_depth.to_string(),
+            "only paths of exactly this many bounces; -1 all",
+        ),
+    ]
+}
+
+/// The method.
+#[derive(Debug)]
+pub struct LightTracer {
+    params: LightParams,
+    /// How lights are chosen.
+    emission: LightSelection,
+}
+
+impl LightTracer {
+    /// With these parameters.
+    pub fn new(params: LightParams) -> LightTracer {
+        LightTracer { params, emission: LightSelection::default() }
+    }
+}
+
+impl Method for LightTracer {
+    fn info(&self) -> &'static MethodInfo {
+        &INFO
+    }
+
+    fn prepare(&mut self, scene: &Scene, _: &Frame, _: &Workers) -> Result<(), RenderError> {
+        if !self.params.nee && scene.camera.aperture().is_none() {
+            let message =
+                "paths cannot meet the lens of this camera, which has no area: leave `nee` at true";
+            return Err(RenderError::Failed(message.into()));
+        }
+        self.emission = emission_table(scene);
+        Ok(())
+    }
+
+    fn pass(
+        &mut self,
+        index: u64,
+        scene: &Scene,
+        frame: &Frame,
+        out: &mut PassImage,
+        workers: &Workers,
+    ) -> Result<Commit, RenderError> {
+        let rows = CHUNK.div_ceil(out.width()).max(1);
+        let tracer = Tracer::new(scene, frame, &self.params, &self.emission);
+        let bands = splat_bands(workers, frame, out, rows, Vec::new, |path, band, splats| {
+            let mut stats = PassStats::default();
+            for y in 0..band.height() {
+                for x in 0..band.width() {
+                    let pixel = [frame.region[0] + x, frame.region[1] + band.y + y];
+                    tracer.sample(pixel, index, path, splats, &mut stats);
+                    let record = match band.wants_features() {
+                        true => tracer.features(pixel, index),
+                        false => PixelRecord::default(),
+                    };
+                    band.add(x, y, &PixelRecord { weight: 1.0, ..record });
+                }
+            }
+            stats
+        })?;
+        let mut stats = PassStats::default();
+        bands.into_iter().for_each(|s| stats += s);
+        Ok(Commit { kind: CommitKind::Average, stats })
+    }
+}
+
+/// Traces light for one picture.
+struct Tracer<'a> {
+    scene: &'a Scene,
+    frame: &'a Frame,
+    emission: &'a LightSelection,
+    walker: Walker<'a>,
+    nee: bool,
+    max_depth: usize,
+    only_depth: Option<usize>,
+    /// One over the paths of a pass.
+    scale: f32,
+}
+
+impl<'a> Tracer<'a> {
+    fn new(
+        scene: &'a Scene,
+        frame: &'a Frame,
+        params: &LightParams,
+        emission: &'a LightSelection,
+    ) -> Tracer<'a> {
+        let depth = |d: i64| usize::try_from(d).ok();
+        let only_depth = depth(params.only_depth);
+        let max_depth = [depth(params.max_depth), only_depth].into_iter().flatten().min();
+        let roulette = Roulette {
+            survival: params.roulette,
+            rr_depth: params.rr_depth,
+            threshold: params.rr_threshold,
+        };
+        let [w, h] = frame.size();
+        Tracer {
+            scene,
+            frame,
+            emission,
+            walker: Walker { scene, roulette, mode: Mode::Importance, until_smooth: false },
+            nee: params.nee,
+            max_depth: max_depth.unwrap_or(usize::MAX),
+            only_depth,
+            scale: 1.0 / (w as f32 * h as f32),
+        }
+    }
+
+    /// One path; its number is a pixel's, which it need not show in.
+    fn sample(
+        &self,
+        pixel: [u32; 2],
+        index: u64,
+        path: &mut Subpath<'a>,
+        splats: &mut Vec<Splat>,
+        stats: &mut PassStats,
+    ) {
+        let mut sampler: Sampler = self.frame.sampler.start(pixel, index);
+        let u = sampler.get_2d();
+        let lambda = Wavelengths::sample_for(self.scene.mode, u.x);
+        let Some((_, start)) =
+            LightEnd::emit(self.scene, self.emission, &lambda, u.y, &mut sampler)
+        else {
+            return;
+        };
+        self.walker.walk(&start, self.max_depth, &mut sampler, path, stats);
+        for (i, vertex) in path.iter().enumerate() {
+            if self.only_depth.is_none_or(|d| d == i + 1) {
+                match self.nee {
+                    true => self.to_lens(vertex, splats, stats),
+                    false => self.at_lens(vertex, splats, stats),
+                }
+            }
+        }
+    }
+
+    /// (1)
+    fn to_lens(&self, y: &Vertex, splats: &mut Vec<Splat>, stats: &mut PassStats) {
+        if !y.bsdf.lobes().has(Lobes::SMOOTH) {
+            return;
+        }
+        let Some(c) = path_space::to_lens(self.scene, y) else { return };
+        stats.shadow_rays += 1;
+        if !self.scene.occluded(&c.segment) {
+            self.splat(c.value, c.end.film, &y.lambda, splats, stats);
+        }
+    }
+
+    /// (2)
+    fn at_lens(&self, y: &Vertex, splats: &mut Vec<Splat>, stats: &mut PassStats) {
+        let Some((ray, beta)) = y.onward else { return };
+        let Some(hit) = self.scene.camera.meet_lens(&ray) else { return };
+        stats.shadow_rays += 1;
+        let segment = Segment { ray, t_max: (hit.p_near - ray.o).length() };
+        if !self.scene.occluded(&segment) {
+            self.splat(beta * hit.we, hit.film, &y.lambda, splats, stats);
+        }
+    }
+
+    fn splat(
+        &self,
+        value: Spectrum,
+        film: Vec2,
+        lambda: &Wavelengths,
+        splats: &mut Vec<Splat>,
+        stats: &mut PassStats,
+    ) {
+        let rgb = self.frame.sensor.rgb(value * self.scale, lambda);
+        match rgb.iter().all(|v| v.is_finite()) {
+            true => splats.push(Splat { film, rgb: self.frame.clamp(rgb) }),
+            false => stats.bad_samples += 1,
+        }
+    }
+
+    /// Features of the first surface that a camera ray meets.
+    fn features(&self, pixel: [u32; 2], index: u64) -> PixelRecord {
+        let (scene, frame) = (self.scene, self.frame);
+        let mut sampler = frame.sampler.start(pixel, index);
+        let u = sampler.get_vertex();
+        let film = frame.film_sample(pixel, Vec2::new(u[0], u[1]));
+        let camera = scene.camera.sample_we(film.film, Vec2::new(u[2], u[3]), u[4]);
+        let mut lambda = Wavelengths::sample_for(scene.mode, u[5]);
+        let mut record = PixelRecord::default();
+        let wo = -camera.ray.d;
+        if let Some(surface) = scene.intersect(&camera.ray, camera.t_max)
+            && let Some(bsdf) = scene.bsdf(&surface, wo, &mut lambda)
+        {
+            describe(scene, &surface, &bsdf, wo, &lambda, &mut record);
+        }
+        record
+    }
+}

@@ -1,0 +1,118 @@
+//! Where paths are closed: a surface asks for a light, two surfaces are joined, a surface asks
+//! for the lens. Contributions without weights, and all that weights ask for.
+//!
+//! ```text
+//! C_{1,t} = βᴱ f |cos| Lₑ / p_D                 (3)
+//! C_{s,t} = βᴸ f |cos| / d² f |cos| βᴱ          (4)
+//! C_{s,1} = βᴸ f |cos| Wₑ / p_C                 (5)
+//! ```
+//!
+//! Whether anything stands between is asked last, by whoever needs it.
+
+use super::{CameraEnd, LightEnd, Vertex};
+use kaustika_math::{Ray, Vec2, ray::offset_origin};
+use kaustika_scene::bsdf::{Lobes, Mode};
+use kaustika_scene::{LightSelection, Scene, Segment};
+use kaustika_spectra::{Spectrum, Wavelengths};
+
+/// A path closed in one of the three ways.
+#[derive(Clone, Copy, Debug)]
+pub struct Connection<E> {
+    /// Contribution if nothing is in the way.
+    pub value: Spectrum,
+    /// The ray that finds out.
+    pub segment: Segment,
+    /// Densities per solid angle at the surface that asks: of the connection's direction, and of
+    /// the way back.
+    pub pdf: (f64, f64),
+    /// What it was connected to.
+    pub end: E,
+}
+
+/// A place on the film.
+#[derive(Clone, Copy, Debug)]
+pub struct LensConnection {
+    /// The end.
+    pub camera: CameraEnd,
+    /// Where it shows.
+    pub film: Vec2,
+}
+
+/// The other end of (4).
+#[derive(Clone, Copy, Debug)]
+pub struct Joined {
+    /// As [`Connection::pdf`], at the eye's vertex.
+    pub pdf_eye: (f64, f64),
+    /// Wavelengths that both have.
+    pub lambda: Wavelengths,
+}
+
+fn both((a, b): (f32, f32)) -> (f64, f64) {
+    (f64::from(a), f64::from(b))
+}
+
+impl Vertex<'_> {
+    /// (3): this vertex of an eye path asks `lights` for a light; `emission` is how lights are
+    /// chosen to emit.
+    pub fn next_event(
+        &self,
+        scene: &Scene,
+        lights: &LightSelection,
+        emission: &LightSelection,
+    ) -> Option<Connection<LightEnd>> {
+        let [u0, u1, u] = self.u;
+        let s = &self.surface;
+        let choice = lights.sample(s.p, self.light_normal(), u, Vec2::new(u0, u1))?;
+        let light = scene.light(choice.light);
+        let l = light.sample_li_in(scene, s.p, choice.region, choice.u, &self.lambda)?;
+        let (f, pdf) = self.bsdf.eval_pdf(self.wo, l.wi, Mode::Radiance, Lobes::ALL);
+        let value = self.beta * f * l.le / (choice.p * l.pdf_w);
+        let end = || LightEnd::new(scene, emission, choice.light, l.p, l.n, -l.wi);
+        let segment = || scene.shadow_ray(s, &l);
+        (!value.is_black()).then(|| Connection {
+            value,
+            segment: segment(),
+            pdf: both(pdf),
+            end: end(),
+        })
+    }
+}
+
+/// (4): the vertices `y` of a light path and `z` of an eye path are joined.
+pub fn join(y: &Vertex, z: &Vertex) -> Option<Connection<Joined>> {
+    let to_eye = z.surface.p - y.surface.p;
+    let d2 = to_eye.length_squared();
+    let d = to_eye.try_normalize()?;
+    let (f_y, pdf_y) = y.bsdf.eval_pdf(y.wo, d, Mode::Importance, Lobes::ALL);
+    let (f_z, pdf_z) = z.bsdf.eval_pdf(z.wo, -d, Mode::Radiance, Lobes::ALL);
+    let value = y.beta * f_y * f_z * z.beta / d2;
+    if value.is_black() {
+        return None;
+    }
+    // Ends before the other surface as it begins before its own.
+    let s = &y.surface;
+    let target = offset_origin(s.p, s.p_error, s.ng, to_eye);
+    // A dispersed path leaves the other nothing but the hero.
+    let lambda = if y.lambda.secondary_terminated() { y.lambda } else { z.lambda };
+    Some(Connection {
+        value,
+        segment: Segment { ray: z.surface.spawn_to(target), t_max: 1.0 },
+        pdf: both(pdf_y),
+        end: Joined { pdf_eye: both(pdf_z), lambda },
+    })
+}
+
+/// (5): the vertex `y` of a light path asks for the lens. The value is that of one light path
+/// for each picture.
+pub fn to_lens(scene: &Scene, y: &Vertex) -> Option<Connection<LensConnection>> {
+    let c = scene.camera.sample_wi(y.surface.p, Vec2::new(y.u[0], y.u[1]))?;
+    let (f, pdf) = y.bsdf.eval_pdf(y.wo, c.wi, Mode::Importance, Lobes::ALL);
+    let value = y.beta * f * (c.we / c.pdf_w);
+    let ray = Ray { o: c.p_lens, d: -c.wi, time: y.surface.time };
+    (!value.is_black()).then(|| Connection {
+        value,
+        segment: Segment { ray: y.surface.spawn_to(c.p_near), t_max: 1.0 },
+        pdf: both(pdf),
+        end: LensConnection { camera: CameraEnd::new(scene, &ray), film: c.film },
+    })
+}

@@ -1,0 +1,37 @@
+//! Paths between lights and lens, in the measure in which all ways to make them can be compared.
+//!
+//! A path is x₀ … xₖ, x₀ on a light and xₖ on the lens (Veach 1997, ch. 8). A *subpath* starts at
+//! one of the ends ([`LightEnd`], [`CameraEnd`]) and scatters from surface to surface
+//! ([`Subpath`]); where subpaths of both sides meet is the methods' business. Densities are per
+//! area, written from the light's side and from the eye's:
+//!
+//! ```text
+//! P→ᵢ = pσ→ᵢ₋₁ g→ᵢ,   g→ᵢ = |cos θᵢ| / |xᵢ - xᵢ₋₁|²,    P←ᵢ likewise from xᵢ₊₁        (1)
+//! x₁ seen from parallel light (or a parallel camera):  P→₁ = p_disk |cos θ₁|          (2)
+//! ```
+//!
+//! A light at infinity is its direction: the density of x₀ is then per solid angle. So is that of
+//! xₖ of a parallel camera. Dirac lobes stand with their probability, in both directions alike.
+
+mod camera_end;
+mod connections;
+mod light_end;
+mod splats;
+mod subpath;
+
+pub use camera_end::CameraEnd;
+pub use connections::{Connection, Joined, LensConnection, join, to_lens};
+pub use light_end::{LightEnd, emission_table};
+pub use splats::{Splat, splat_bands};
+pub use subpath::{Departure, Escape, Start, Subpath, Vertex, Walker};
+
+use kaustika_math::Vec3;
+
+/// g of (1): what turns a density per solid angle at `from` into one per area at the point `p`
+/// with normal `n`.
+#[inline]
+pub fn solid_angle_to_area(from: Vec3, p: Vec3, n: Vec3) -> f64 {
+    let d = p - from;
+    let d2 = f64::from(d.length_squared());
+    if d2 == 0.0 { 0.0 } else { f64::from(n.dot(d).abs()) / (d2 * d2.sqrt()) }
+}
