@@ -16,6 +16,22 @@ fn threads_do_not_change_the_picture() {
 }
 
 #[test]
+fn every_method_gives_the_same_bits_on_any_threads_and_in_shares() {
+    let p = Place::new();
+    for method in ["path", "light", "bdpt", "vcm", "sppm"] {
+        // Filters that reach other pixels, so that splats of several bands meet.
+        let common = format!("render ball.pbrt -q -m {method} --spp 4 --filter gaussian");
+        p.ok(&format!("{common} -t 1 -o one.exr"));
+        p.ok(&format!("{common} -t 5 -o five.exr"));
+        assert_same_bits(&p.picture("one.exr"), &p.picture("five.exr"));
+        p.ok(&format!("{common} --passes 0..1 -o a.exr"));
+        p.ok(&format!("{common} --passes 1..4 -o b.exr"));
+        p.ok("merge a.exr b.exr -o merged.exr");
+        assert_same_bits(&p.picture("merged.exr"), &p.picture("one.exr"));
+    }
+}
+
+#[test]
 fn a_resumed_render_equals_one_that_was_not_stopped() {
     let p = Place::new();
     let common = "render ball.pbrt -q --sampler sobol --aov depth,shape_id";
