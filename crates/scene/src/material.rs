@@ -202,10 +202,7 @@ impl Materials {
             masking,
             two_sided: description.format == SourceFormat::Pbrt,
             relief: description.format == SourceFormat::Mitsuba3,
-            turns_back: matches!(
-                description.format,
-                SourceFormat::Mitsuba3 | SourceFormat::Gltf
-            ),
+            turns_back: matches!(description.format, SourceFormat::Mitsuba3 | SourceFormat::Gltf),
         }
     }
 

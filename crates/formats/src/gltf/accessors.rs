@@ -50,7 +50,9 @@ impl Component {
             Component::U8 => (f32::from(b[0]), 255.0),
             Component::I16 => (f32::from(i16::from_le_bytes([b[0], b[1]])), 32767.0),
             Component::U16 => (f32::from(u16::from_le_bytes([b[0], b[1]])), 65535.0),
-            Component::U32 => (u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as f32, u32::MAX as f32),
+            Component::U32 => {
+                (u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as f32, u32::MAX as f32)
+            }
             Component::F32 => return f32::from_le_bytes([b[0], b[1], b[2], b[3]]),
         };
         if normalized { (value / most).max(-1.0) } else { value }
@@ -111,9 +113,9 @@ pub(super) struct Numbers {
 impl Numbers {
     /// The elements as arrays of the first N numbers.
     pub fn arrays<const N: usize>(&self) -> impl Iterator<Item = [f32; N]> {
-        self.values.chunks_exact(self.width.max(1)).map(|c| {
-            std::array::from_fn(|i| c.get(i).copied().unwrap_or(0.0))
-        })
+        self.values
+            .chunks_exact(self.width.max(1))
+            .map(|c| std::array::from_fn(|i| c.get(i).copied().unwrap_or(0.0)))
     }
 
     /// How many elements there are.
@@ -173,7 +175,9 @@ impl Buffers<'_> {
         if !widths.contains(&l.width) {
             let known: Vec<_> = widths.iter().map(ToString::to_string).collect();
             let known = known.join(" or ");
-            return Err(accessor.fault(format!("{known} numbers an element expected, found {}", l.width)));
+            return Err(
+                accessor.fault(format!("{known} numbers an element expected, found {}", l.width))
+            );
         }
         let normalized = accessor.truth("normalized", false)?;
         let size = l.component.size();
@@ -203,7 +207,8 @@ impl Buffers<'_> {
             let replaced = Elements::new(&stored, self.view(view)?, range)?;
             for k in 0..count {
                 let at = component.read_whole(indices.element(k)).unwrap_or(u32::MAX) as usize;
-                let Some(out) = at.checked_mul(l.width).and_then(|i| values.get_mut(i..i + l.width))
+                let Some(out) =
+                    at.checked_mul(l.width).and_then(|i| values.get_mut(i..i + l.width))
                 else {
                     return Err(places.fault(format!("index {k} is {at}, of {} elements", l.count)));
                 };
@@ -225,7 +230,9 @@ impl Buffers<'_> {
         (0..l.count)
             .map(|i| match l.component.read_whole(elements.element(i)) {
                 Some(v) if (v as usize) < limit => Ok(v),
-                Some(v) => Err(accessor.fault(format!("index {i} is {v}, but there are {limit} vertices"))),
+                Some(v) => {
+                    Err(accessor.fault(format!("index {i} is {v}, but there are {limit} vertices")))
+                }
                 None => Err(accessor.fault("indices are unsigned integers (5121, 5123 or 5125)")),
             })
             .collect()

@@ -5,11 +5,8 @@ use base64::Engine;
 use std::path::{Path, PathBuf};
 
 /// Compressions of buffer views and meshes, which are not read.
-pub(super) const COMPRESSIONS: &[&str] = &[
-    "EXT_meshopt_compression",
-    "KHR_draco_mesh_compression",
-    "KHR_meshopt_compression",
-];
+pub(super) const COMPRESSIONS: &[&str] =
+    &["EXT_meshopt_compression", "KHR_draco_mesh_compression", "KHR_meshopt_compression"];
 
 /// The bytes a file refers to.
 pub(super) struct Buffers<'a> {

@@ -63,14 +63,21 @@ fn positive(json: &Json, key: &str) -> Result<f32, Fault> {
 
 impl Reader<'_> {
     /// The camera of a node.
-    pub(super) fn camera(&mut self, json: &Json, node: &Json, to_world: &Matrix) -> Result<(), Fault> {
+    pub(super) fn camera(
+        &mut self,
+        json: &Json,
+        node: &Json,
+        to_world: &Matrix,
+    ) -> Result<(), Fault> {
         let ty = json.require("type")?;
         let (kind, aspect) = match ty.text() {
             Some("perspective") => {
                 let p = json.require("perspective")?;
                 let yfov = positive(&p, "yfov")?;
                 if yfov >= std::f32::consts::PI {
-                    return Err(p.require("yfov")?.fault("a field of view of half a turn or more")
+                    return Err(p
+                        .require("yfov")?
+                        .fault("a field of view of half a turn or more")
                         .hint("`yfov` is in radians"));
                 }
                 let aspect = match p.get("aspectRatio") {

@@ -4,7 +4,7 @@ use super::Reader;
 use super::cameras::{ASPECT, camera};
 use kaustika_math::{Bounds3, Transform, Vec3};
 use kaustika_scene::description::{
-    CameraKind, FovAxis, GeometryDesc, LightDesc, LightKind, ShapeDesc,
+    CameraKind, EmissionDesc, FovAxis, GeometryDesc, LightDesc, LightKind, ShapeDesc, TextureNode,
 };
 use kaustika_spectra::{ColorSpace, SpectrumDesc};
 
@@ -18,7 +18,8 @@ fn bounds(shapes: &[ShapeDesc]) -> Bounds3 {
     for s in shapes {
         if let GeometryDesc::Mesh(mesh) = &s.geometry {
             let used = mesh.indices.iter().flatten();
-            all = used.fold(all, |b, i| b.with_point(s.transform.point(mesh.positions[*i as usize])));
+            all =
+                used.fold(all, |b, i| b.with_point(s.transform.point(mesh.positions[*i as usize])));
         }
     }
     all
@@ -31,12 +32,21 @@ impl Reader<'_> {
             self.default_camera();
         }
         let groups = self.out.groups.iter().flat_map(|g| &g.shapes);
-        let emits = self.out.shapes.iter().chain(groups).any(|s| s.emission.is_some());
-        if self.out.lights.is_empty() && !emits {
+        let emissions = self.out.shapes.iter().chain(groups).filter_map(|s| s.emission.as_ref());
+        // Textures of strength 1 are signs and dials, which light nothing.
+        let textures = &self.out.textures;
+        let textured = |e: &EmissionDesc| {
+            matches!(textures[e.radiance.0 as usize].node, TextureNode::Scale { .. })
+        };
+        let shines = emissions.clone().any(|e| e.scale > 1.0 || !textured(e));
+        if self.out.lights.is_empty() && !shines {
+            let but = if emissions.count() > 0 { " but emissive textures" } else { "" };
             self.out.diagnostics.note(
                 None,
-                "the file has no light: a white sky of radiance 1 is around it \
-                 (`--environment` puts another one there)",
+                format!(
+                    "the file has no light{but}: a white sky of radiance 1 is around it \
+                     (`--environment` puts another one there)"
+                ),
             );
             let radiance = SpectrumDesc::Rgb { rgb: [1.0; 3], space: ColorSpace::Srgb };
             self.out.lights.push(LightDesc {
@@ -53,7 +63,8 @@ impl Reader<'_> {
     fn default_camera(&mut self) {
         let mut all = bounds(&self.out.shapes);
         for i in &self.out.instances {
-            all = all.union(i.transform.bounds(&bounds(&self.out.groups[i.group.0 as usize].shapes)));
+            all =
+                all.union(i.transform.bounds(&bounds(&self.out.groups[i.group.0 as usize].shapes)));
         }
         let (center, radius) = all.bounding_sphere();
         let (center, radius) = match radius > 0.0 && radius.is_finite() {

@@ -170,9 +170,7 @@ impl<'a> Json<'a> {
         let whole = self.value.as_u64().and_then(|v| usize::try_from(v).ok());
         // Some writers put a point behind whole numbers.
         let rounded = self.value.as_f64().filter(|v| v.fract() == 0.0 && (0.0..1e15).contains(v));
-        whole
-            .or(rounded.map(|v| v as usize))
-            .ok_or_else(|| self.expected("a whole number from 0"))
+        whole.or(rounded.map(|v| v as usize)).ok_or_else(|| self.expected("a whole number from 0"))
     }
 
     /// A whole number from 0, if it is there.

@@ -9,7 +9,12 @@ use std::f32::consts::FRAC_PI_4;
 
 impl Reader<'_> {
     /// The light of a node.
-    pub(super) fn light(&mut self, json: &Json, node: &Json, to_world: &Matrix) -> Result<(), Fault> {
+    pub(super) fn light(
+        &mut self,
+        json: &Json,
+        node: &Json,
+        to_world: &Matrix,
+    ) -> Result<(), Fault> {
         let rgb = json.floats("color", [1.0; 3])?;
         let color = SpectrumDesc::Rgb { rgb, space: ColorSpace::Srgb };
         let scale = json.float("intensity", 1.0)?;

@@ -222,7 +222,13 @@ impl Maker<'_, '_, '_, '_> {
         let double_sided = json.truth("doubleSided", false)?;
         let span = self.reader.span(json);
         let emission = if json.extension("KHR_materials_unlit").is_some() {
-            Some(EmissionDesc { radiance: base_color, scale: 1.0, power: None, two_sided: true, span })
+            Some(EmissionDesc {
+                radiance: base_color,
+                scale: 1.0,
+                power: None,
+                two_sided: true,
+                span,
+            })
         } else {
             self.emission(json, double_sided)?
         };
@@ -241,7 +247,11 @@ impl Maker<'_, '_, '_, '_> {
     }
 
     /// The model under its normal map, reflecting on both sides if only reflecting.
-    fn with_sides(&mut self, json: &Json, desc: MetallicRoughnessDesc) -> Result<MaterialId, Fault> {
+    fn with_sides(
+        &mut self,
+        json: &Json,
+        desc: MetallicRoughnessDesc,
+    ) -> Result<MaterialId, Fault> {
         let span = self.reader.span(json);
         let passes = desc.transmission.is_some() || desc.diffuse_transmission.is_some();
         let model = MaterialModel::MetallicRoughness(Box::new(desc));
@@ -445,10 +455,15 @@ impl Maker<'_, '_, '_, '_> {
             return Ok(IorDesc::Constant(nd));
         }
         let lambda: Vec<f32> = (0..=48).map(|i| 350.0 + 10.0 * i as f32).collect();
-        let at = |l: &f32| (nd + (nd - 1.0) * dispersion / 20.0 * (523_655.0 / (l * l) - 1.5168)).max(1.0);
+        let at = |l: &f32| {
+            (nd + (nd - 1.0) * dispersion / 20.0 * (523_655.0 / (l * l) - 1.5168)).max(1.0)
+        };
         let values: Vec<f32> = lambda.iter().map(at).collect();
         let span = self.reader.span(json);
-        self.reader.out.diagnostics.note(span, "dispersion shows in spectral renders (`--mode spectral`)");
+        self.reader
+            .out
+            .diagnostics
+            .note(span, "dispersion shows in spectral renders (`--mode spectral`)");
         Ok(match SpectrumDesc::sampled(&lambda, &values) {
             Ok(spectrum) => IorDesc::Spectrum(self.node(TextureNode::Spectrum(spectrum))),
             Err(_) => IorDesc::Constant(nd),

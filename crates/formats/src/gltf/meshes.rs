@@ -106,7 +106,9 @@ impl Reader<'_> {
             return Ok(None);
         }
         if p.get("targets").is_some_and(|t| t.len() > 0) {
-            self.report(p.fault("morph targets are not applied: the mesh has its rest pose").mild());
+            self.report(
+                p.fault("morph targets are not applied: the mesh has its rest pose").mild(),
+            );
         }
         let attributes = p.require("attributes")?;
         let Some(positions) = meshes.attribute(&attributes, "POSITION", &[3], buffers)? else {
@@ -179,7 +181,9 @@ impl Reader<'_> {
             .ok_or_else(|| p.fault(format!("unknown mode {mode}")).hint("modes are 0 to 6"))?;
         if mode == 4 && indices.len() % 3 != 0 {
             let left = indices.len() % 3;
-            self.report(p.fault(format!("{left} indices are left over after the last triangle")).mild());
+            self.report(
+                p.fault(format!("{left} indices are left over after the last triangle")).mild(),
+            );
         }
         if mesh.indices.is_empty() {
             return Ok(None);
@@ -200,7 +204,12 @@ fn triangles(mode: usize, indices: &[u32]) -> Option<Vec<[u32; 3]>> {
             };
             indices.windows(3).enumerate().map(turned).collect()
         }
-        6 => indices.get(1..).unwrap_or_default().windows(2).map(|w| [w[0], w[1], indices[0]]).collect(),
+        6 => indices
+            .get(1..)
+            .unwrap_or_default()
+            .windows(2)
+            .map(|w| [w[0], w[1], indices[0]])
+            .collect(),
         _ => return None,
     })
 }

@@ -87,9 +87,7 @@ fn parse_gltf(path: &Path, bytes: Vec<u8>) -> SceneDescription {
         Ok(parts) => parts,
         Err(e) => {
             out.sources.files.push(SourceFile { path: path.into(), text: String::new() });
-            out.diagnostics
-                .error(None, format!("{}: {}", path.display(), e.message))
-                .hint = e.hint;
+            out.diagnostics.error(None, format!("{}: {}", path.display(), e.message)).hint = e.hint;
             return out;
         }
     };
@@ -101,7 +99,10 @@ fn parse_gltf(path: &Path, bytes: Vec<u8>) -> SceneDescription {
             let at = place::of_line_column(&text, e.line(), e.column());
             let message = e.to_string();
             let cause = message.split(" at line ").next().unwrap_or_default();
-            out.diagnostics.error(Span { file: 0, start: at, end: at + 1 }, format!("malformed JSON: {cause}"));
+            out.diagnostics.error(
+                Span { file: 0, start: at, end: at + 1 },
+                format!("malformed JSON: {cause}"),
+            );
             return out;
         }
     };
@@ -126,7 +127,8 @@ impl Reader<'_> {
         let version = asset.string("version")?.unwrap_or("");
         if version.split('.').next() != Some("2") {
             let found = if version.is_empty() { "none".into() } else { format!("`{version}`") };
-            return Err(asset.fault(format!("expected glTF version 2.0, found {found}"))
+            return Err(asset
+                .fault(format!("expected glTF version 2.0, found {found}"))
                 .hint("write version 2.0; converters from glTF 1.0 exist"));
         }
         self.extensions(root)?;
@@ -166,7 +168,10 @@ impl Reader<'_> {
                     out.warning(span, format!("required extension `{name}` is not supported"))
                         .hint("the picture may differ from what the file asks for");
                 } else if !root.list("extensionsRequired")?.iter().any(|r| r.text() == Some(name)) {
-                    out.note(span, format!("extension `{name}` is not read; the file says it can be left out"));
+                    out.note(
+                        span,
+                        format!("extension `{name}` is not read; the file says it can be left out"),
+                    );
                 }
             }
         }
@@ -176,7 +181,11 @@ impl Reader<'_> {
     /// Animations are not played; skins and morph targets are left as they are modelled.
     fn rest_pose(&mut self, root: &Json) {
         if root.get("animations").is_some_and(|a| a.len() > 0) {
-            self.warn(root, "animations", "animations are not played: everything stands as its nodes say");
+            self.warn(
+                root,
+                "animations",
+                "animations are not played: everything stands as its nodes say",
+            );
         }
         if root.get("skins").is_some_and(|a| a.len() > 0) {
             self.warn(root, "skins", "skins are not applied: meshes stand in their rest pose");

@@ -135,7 +135,13 @@ impl Reader<'_> {
                 is_child[child.pick(nodes, "node")?.0] = true;
             }
         }
-        Ok((0..nodes.len()).filter(|i| !is_child[*i]).collect())
+        let top: Vec<usize> = (0..nodes.len()).filter(|i| !is_child[*i]).collect();
+        match top.is_empty() && !nodes.is_empty() {
+            true => {
+                Err(root.require("nodes")?.fault("no node is at the top: each is another's child"))
+            }
+            false => Ok(top),
+        }
     }
 
     fn node(

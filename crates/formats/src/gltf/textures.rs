@@ -5,8 +5,8 @@ use super::json::{Fault, Json};
 use super::materials::Materials;
 use kaustika_math::Affine2;
 use kaustika_scene::description::{
-    Bitmap, BitmapChannels, BitmapFilter, BitmapTexture, TextureId, TextureMapping, TextureNode,
-    Texels, Wrap,
+    Bitmap, BitmapChannels, BitmapFilter, BitmapTexture, Texels, TextureId, TextureMapping,
+    TextureNode, Wrap,
 };
 use kaustika_spectra::ColorSpace;
 use std::sync::Arc;
@@ -41,12 +41,7 @@ fn mapping(info: &Json) -> Result<Affine2, Fault> {
     let (sin, cos) = t.float("rotation", 0.0)?.sin_cos();
     // T R S on glTF's (u, v), v down: the rows of R S.
     let a = [[cos * su, sin * sv], [-sin * su, cos * sv]];
-    Ok(Affine2 {
-        m: [
-            [a[0][0], -a[0][1], a[0][1] + x],
-            [-a[1][0], a[1][1], 1.0 - a[1][1] - y],
-        ],
-    })
+    Ok(Affine2 { m: [[a[0][0], -a[0][1], a[0][1] + x], [-a[1][0], a[1][1], 1.0 - a[1][1] - y]] })
 }
 
 fn wrap(sampler: Option<&Json>, key: &str) -> Result<Wrap, Fault> {
@@ -56,7 +51,8 @@ fn wrap(sampler: Option<&Json>, key: &str) -> Result<Wrap, Fault> {
         33071 => Wrap::Clamp,
         33648 => Wrap::Mirror,
         other => {
-            return Err(json.fault(format!("unknown wrapping mode {other}"))
+            return Err(json
+                .fault(format!("unknown wrapping mode {other}"))
                 .hint("known: 10497 repeat, 33071 clamp, 33648 mirrored repeat"));
         }
     })

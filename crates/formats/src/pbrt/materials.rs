@@ -6,8 +6,8 @@ use super::param::ParamType;
 use super::upgrade_material::OPACITY;
 use kaustika_scene::description::{
     BitmapChannels, BitmapFilter, BitmapTexture, CoatDesc, ConductorColor, Distribution, Encoding,
-    IorDesc, MaterialId, MaterialModel, RoughnessDesc, TangentSpace, TextureId, TextureMapping, TextureNode,
-    Wrap,
+    IorDesc, MaterialId, MaterialModel, RoughnessDesc, TangentSpace, TextureId, TextureMapping,
+    TextureNode, Wrap,
 };
 use kaustika_spectra::{ColorSpace, SpectrumDesc};
 

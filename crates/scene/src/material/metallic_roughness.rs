@@ -32,8 +32,7 @@ impl Hit<'_, '_> {
             parameters.alpha = (lerp(sqr(strength), alpha, 1.0), alpha);
             frame = turned;
         }
-        parameters.sheen =
-            desc.sheen.as_ref().map(|s| (self.spectrum(s.color), unit(s.roughness)));
+        parameters.sheen = desc.sheen.as_ref().map(|s| (self.spectrum(s.color), unit(s.roughness)));
         if let Some(c) = &desc.clearcoat {
             let unturned = place.guard.unwrap_or(place.frame.n);
             let normal = match c.normals {
@@ -44,13 +43,16 @@ impl Hit<'_, '_> {
                 }
                 None => unturned,
             };
-            let normal = frame.to_local(normal);
+            let mut normal = frame.to_local(normal);
+            // The part's frame is turned about its first tangent.
+            if place.back {
+                normal = Vec3::new(-normal.x, normal.y, normal.z);
+            }
             parameters.clearcoat = Some(Clearcoat::new(unit(c.factor), unit(c.roughness), normal));
         }
         if let Some(film) = &desc.iridescence {
             let thickness = self.float(film.thickness).max(0.0);
-            parameters.film =
-                Some(Film::new(unit(film.factor), film.ior, thickness, self.lambda));
+            parameters.film = Some(Film::new(unit(film.factor), film.ior, thickness, self.lambda));
         }
         if let Some(d) = &desc.diffuse_transmission {
             parameters.diffuse_transmission = (unit(d.factor), self.spectrum(d.color));

@@ -146,9 +146,7 @@ impl Textures {
             }
             Node::Noise { .. } => self.noise(id, at).map_or(0.0, mean),
             Node::Attribute(table) => mean(table.value(at)),
-            Node::Step { texture, threshold } => {
-                f32::from(self.float(*texture, at) >= *threshold)
-            }
+            Node::Step { texture, threshold } => f32::from(self.float(*texture, at) >= *threshold),
             Node::WithUv { texture, uv } => self.float(*texture, &uv.moved(at)),
             _ => self.chosen(id, at).map_or(0.0, |(t, a, b)| {
                 self.blend(t, a, b, |id| self.float(id, at), |a, b| a * (1.0 - t) + b * t)

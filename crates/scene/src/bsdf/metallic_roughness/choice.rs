@@ -42,7 +42,8 @@ impl MetallicRoughness {
         let seen = if self.is_matte_from(wo) { under } else { 0.0 };
         let passed = if seen > 0.0 { seen * self.matte_passed(wo) } else { 0.0 };
         let matte = |i: usize| self.matte[i].max_component() * passed;
-        let fibres = self.sheen.filter(|_| wo.z > 0.0).map_or(0.0, |s| coat * (1.0 - s.passed(wo.z)));
+        let fibres =
+            self.sheen.filter(|_| wo.z > 0.0).map_or(0.0, |s| coat * (1.0 - s.passed(wo.z)));
         let clear = self.clear.max_component();
         let reflected = if wo.z > 0.0 {
             self.facets_albedo(wo).max_component().max(0.01)
@@ -65,7 +66,7 @@ impl MetallicRoughness {
         let r = on(Lobes::GLOSSY_REFLECTION, self.reflected(outside, cos).max_component());
         let t = self.clear.max_component() * self.passed(cos);
         let t = on(Lobes::GLOSSY_TRANSMISSION, t);
-        if r + t > 0.0 { r / (r + t) } else { 1.0 }
+        if r + t > 0.0 { r / (r + t) } else { on(Lobes::GLOSSY_REFLECTION, 1.0) }
     }
 
     /// Density (3) of `wi` given `wo`.

@@ -8,6 +8,7 @@
 //!
 //! towards the lights that of the reversed path, as the contract wants it.
 
+use super::super::albedo::microfacet_albedo_terms;
 use super::super::fresnel::reflect;
 use super::super::{Microfacet, Mode};
 use super::{ALPHA_LEAST, schlick};
@@ -37,13 +38,14 @@ impl Clearcoat {
     /// What passes of light at `w`: 1 - w F_c.
     #[inline]
     pub(super) fn passed(&self, w: Vec3) -> f32 {
-        1.0 - self.albedo(w)
+        1.0 - self.factor * schlick(R0, 1.0, w.dot(self.normal).abs())
     }
 
-    /// w F_c as if smooth.
-    #[inline]
+    /// Its directional albedo, by tables.
     pub(super) fn albedo(&self, w: Vec3) -> f32 {
-        self.factor * schlick(R0, 1.0, w.dot(self.normal).abs())
+        let local = Frame::from_normal(self.normal).to_local(w);
+        let [a, b] = microfacet_albedo_terms(&self.surface, local);
+        self.factor * (R0 * a + b)
     }
 
     /// The directions in the coat's frame, if both see its front.

@@ -76,7 +76,7 @@ impl Film {
             let base = (1.0 + root) / (1.0 - root);
             let r23 = schlick(sqr((base - self.ior) / (base + self.ior)), 1.0, cos2);
             let phi = PI - phi12 + if base < self.ior { PI } else { 0.0 };
-            let r123 = (r12 * r23).clamp(1e-5, R0_MOST);
+            let r123 = (r12 * r23).clamp(0.0, R0_MOST);
             let rs = sqr(t121) * r23 / (1.0 - r123); // (2)
             out.0[i] = r12 + rs;
             let c1 = (rs - t121) * r123.sqrt();
@@ -91,9 +91,6 @@ impl Film {
                 };
                 out.0[i] += amplitude * s;
             }
-        }
-        if self.lambda.is_none() {
-            out.0[3] = 0.0;
         }
         out.clamp(0.0, 1.0)
     }

@@ -440,7 +440,8 @@ impl Scatter for MetallicRoughness {
     }
 
     /// By the tables of facets and sheen, light between the layers left out; of solids as if
-    /// smooth. Within 0.1 for opaque surfaces and sheets, 0.4 for rough solids.
+    /// smooth. Within 0.1 for opaque surfaces and sheets, 0.15 under a coat, 0.4 for rough
+    /// solids.
     fn albedo(&self, wo: Vec3) -> Spectrum {
         let (wo, _) = self.unfolded(wo, wo);
         let (coat, sheen) = self.layers_passed(wo);

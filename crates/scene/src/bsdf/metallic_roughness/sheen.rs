@@ -10,16 +10,18 @@
 //! ```
 //!
 //! Conty Estevez & Kulla 2017, "Production friendly microfacet sheen BRDF", and the README of
-//! KHR_materials_sheen; its albedo E is tabulated over cos θ and the roughness.
+//! KHR_materials_sheen. Its albedo E is tabulated over √cos θ and the roughness. At grazing
+//! angles over smooth fibres E exceeds 1, up to 2.5: f is divided by the greater of both
+//! directions' E where that is above 1.
 
-use kaustika_math::{Vec3, sqr, warp};
+use kaustika_math::{Vec2, Vec3, sqr};
 use kaustika_spectra::Spectrum;
 use std::f32::consts::PI;
 use std::sync::OnceLock;
 
 /// Least perceptual roughness: below it (1) overflows.
 const LEAST: f32 = 0.07;
-/// Nodes along the cosine and the roughness, both uniform on [0, 1].
+/// Nodes along the root of the cosine and the roughness, both uniform on [0, 1].
 const SIZE: usize = 24;
 /// Points of the quadrature along each angle.
 const POINTS: usize = 48;
@@ -42,22 +44,23 @@ impl Sheen {
     /// f cos θᵢ for directions above the surface: (3).
     #[inline]
     pub fn value(&self, wo: Vec3, wi: Vec3) -> Spectrum {
-        self.color * (value(sqr(self.roughness), wo, wi) * wi.z)
+        let excess = self.white(wo.z).max(self.white(wi.z)).max(1.0);
+        self.color * (value(sqr(self.roughness), wo, wi) * wi.z / excess)
     }
 
     /// Directional albedo at cos θ.
     #[inline]
     pub fn albedo(&self, cos: f32) -> Spectrum {
-        self.color * self.white(cos)
+        self.color * self.white(cos).min(1.0)
     }
 
     /// What the sheen leaves of light at cos θ: 1 - max(color) E.
     #[inline]
     pub fn passed(&self, cos: f32) -> f32 {
-        (1.0 - self.color.max_component() * self.white(cos)).max(0.0)
+        (1.0 - self.color.max_component() * self.white(cos).min(1.0)).max(0.0)
     }
 
-    /// E by its table, bilinear.
+    /// E of white fibres by its table, bilinear.
     fn white(&self, cos: f32) -> f32 {
         let table = TABLE.get_or_init(tabulate);
         let at = |x: f32| {
@@ -65,7 +68,7 @@ impl Sheen {
             let i = (x as usize).min(SIZE - 2);
             (i, x - i as f32)
         };
-        let ((i, s), (j, t)) = (at(self.roughness), at(cos));
+        let ((i, s), (j, t)) = (at(self.roughness), at(cos.max(0.0).sqrt()));
         let row = |r: &[f32; SIZE]| r[j] * (1.0 - t) + r[j + 1] * t;
         row(&table[i]) * (1.0 - s) + row(&table[i + 1]) * s
     }
@@ -99,17 +102,21 @@ fn tabulate() -> Box<[[f32; SIZE]; SIZE]> {
     for (i, row) in table.iter_mut().enumerate() {
         let alpha = sqr(node(i).max(LEAST));
         for (j, entry) in row.iter_mut().enumerate() {
-            let mu = node(j).max(1e-2);
+            let mu = sqr(node(j)).max(1e-3);
             let wo = Vec3::new((1.0 - mu * mu).sqrt(), 0.0, mu);
             let mut sum = 0.0;
             for k in 0..POINTS * POINTS {
-                let u = kaustika_math::Vec2::new(
+                let u = Vec2::new(
                     ((k % POINTS) as f32 + 0.5) / POINTS as f32,
                     ((k / POINTS) as f32 + 0.5) / POINTS as f32,
                 );
-                sum += PI * value(alpha, wo, warp::cosine_hemisphere(u));
+                // Denser towards the horizon, where fibres shine: cos θ = u², dω = 2u du dφ.
+                let (z, phi) = (sqr(u.y), 2.0 * PI * u.x);
+                let r = (1.0 - z * z).sqrt();
+                let wi = Vec3::new(r * phi.cos(), r * phi.sin(), z);
+                sum += 2.0 * PI * 2.0 * u.y * z * value(alpha, wo, wi);
             }
-            *entry = (sum / (POINTS * POINTS) as f32).min(1.0);
+            *entry = sum / (POINTS * POINTS) as f32;
         }
     }
     table

@@ -30,7 +30,11 @@ fn opaque_surfaces_hold_the_contract() {
     let tinted = P { specular: 0.6, specular_color: Spectrum([2.0, 1.0, 0.5, 0.0]), ..opaque() };
     check("tinted", tinted, expect());
     check("no index", P { ior: 0.0, specular_color: COLOR, ..opaque() }, expect());
-    check("film", P { film: Some(Film::new(1.0, 1.3, 400.0, &Wavelengths::rgb())), ..opaque() }, expect());
+    check(
+        "film",
+        P { film: Some(Film::new(1.0, 1.3, 400.0, &Wavelengths::rgb())), ..opaque() },
+        expect(),
+    );
 }
 
 #[test]
@@ -41,6 +45,8 @@ fn layers_hold_the_contract() {
     let coat = |roughness, normal: Vec3| Some(Clearcoat::new(1.0, roughness, normal.normalize()));
     let car = P { metallic: 1.0, clearcoat: coat(0.4, Vec3::Z), ..opaque() };
     check("coat", car, expect());
+    // albedo() leaves out the coat's shadow on light that goes elsewhere.
+    let expect = || Expect { albedo_error: 0.15, ..expect() };
     check("coated sheen", P { clearcoat: coat(0.5, Vec3::Z), ..velvet }, expect());
     // About another normal a coat is not reciprocal within a mode, as no normal map is.
     let tilted = P { clearcoat: coat(0.5, Vec3::new(0.2, 0.1, 1.0)), ..opaque() };
@@ -85,9 +91,8 @@ fn albedo_of(p: P, wo: Vec3) -> f64 {
     let model = MetallicRoughness::new(p);
     let mut random = Random::new(17);
     let n = 200_000;
-    let draw = |r: &mut Random| {
-        model.sample(wo, r.next_1d(), r.next_2d(), Mode::Importance, Lobes::ALL)
-    };
+    let draw =
+        |r: &mut Random| model.sample(wo, r.next_1d(), r.next_2d(), Mode::Importance, Lobes::ALL);
     let sum: f64 = (0..n).filter_map(|_| draw(&mut random)).map(|s| s.weight[0] as f64).sum();
     sum / n as f64
 }
