@@ -6,7 +6,7 @@
 //! 1. [`container`]: the file to JSON text and the binary chunk; [`json`]: values that know their
 //!    path, whose place in the text [`place`] finds when there is something to say.
 //! 2. [`buffers`], [`accessors`]: bytes to numbers, every range checked before it is read.
-//! 3. [`images`], [`textures`], [`materials`], [`meshes`], [`lights`], [`cameras`]: one a kind of
+//! 3. [`images`], [`textures`], [`materials`], [`models`], [`meshes`], [`lights`], [`cameras`]: one a kind of
 //!    thing; [`nodes`] walks the scene and places them.
 //! 4. [`defaults`]: a camera and a sky for files that have none.
 //!
@@ -25,6 +25,7 @@ mod lights;
 mod materials;
 mod matrix;
 mod meshes;
+mod models;
 mod nodes;
 mod place;
 mod textures;

@@ -13,17 +13,17 @@ fn triangles_are_read_from_text_container_and_files() {
         "materials":[{"pbrMetallicRoughness":{"metallicFactor":0.5}}],
         "nodes":[{"mesh":0,"name":"thing"}]"#;
     let file = triangle();
-    let text = sound(file.read(&rest));
+    let text = sound(file.read(rest));
     assert_eq!(mesh(&text, 0).positions[1], Vec3::X);
     assert_eq!(mesh(&text, 0).indices, [[0, 1, 2]]);
     assert!(mesh(&text, 0).normals.is_empty(), "no normals: facets");
     assert_eq!(text.shapes[0].name, "thing");
-    let glb = sound(parse_gltf(Path::new("a.glb"), file.binary(&rest)));
+    let glb = sound(parse_gltf(Path::new("a.glb"), file.binary(rest)));
     assert_eq!(mesh(&glb, 0), mesh(&text, 0));
     let folder = tempfile::tempdir().expect("a temporary folder");
     std::fs::write(folder.path().join("a b.bin"), &file.bytes).expect("it can be written");
     let path = folder.path().join("a.gltf");
-    std::fs::write(&path, file.json(Some("a%20b.bin".into()), &rest)).expect("it can be written");
+    std::fs::write(&path, file.json(Some("a%20b.bin".into()), rest)).expect("it can be written");
     assert_eq!(mesh(&sound(read_gltf(&path)), 0), mesh(&text, 0));
 }
 

@@ -43,7 +43,7 @@ impl File {
     }
 
     fn view(&mut self, bytes: &[u8]) -> usize {
-        while self.bytes.len() % 4 != 0 {
+        while !self.bytes.len().is_multiple_of(4) {
             self.bytes.push(0);
         }
         let (offset, length) = (self.bytes.len(), bytes.len());
@@ -70,7 +70,7 @@ impl File {
     /// The same as a `.glb`.
     fn binary(&self, rest: &str) -> Vec<u8> {
         let mut json = self.json(None, rest).into_bytes();
-        while json.len() % 4 != 0 {
+        while !json.len().is_multiple_of(4) {
             json.push(b' ');
         }
         let mut out = b"glTF".to_vec();
