@@ -18,6 +18,9 @@ impl Reader<'_> {
         let rgb = json.floats("color", [1.0; 3])?;
         let color = SpectrumDesc::Rgb { rgb, space: ColorSpace::Srgb };
         let scale = json.float("intensity", 1.0)?;
+        if scale < 0.0 || rgb.iter().any(|v| *v < 0.0) {
+            return Err(json.fault("a light of negative colour or intensity"));
+        }
         let ty = json.require("type")?;
         let kind = match ty.text() {
             Some("point") => LightKind::Point { intensity: color, scale, power: None },

@@ -182,7 +182,7 @@ impl Maker<'_, '_, '_, '_> {
         parent: &Json,
         (key, texture): (&str, &str),
     ) -> Result<(TextureId, Option<TextureId>), Fault> {
-        let [r, g, b, a] = parent.floats(key, [1.0; 4])?;
+        let [r, g, b, a] = parent.floats(key, [1.0; 4])?.map(|v| v.clamp(0.0, 1.0));
         let mut color = self.rgb([r, g, b]);
         let map = self.texture(parent, texture, Use::Color);
         color = self.reader.product(map, color);
