@@ -50,7 +50,9 @@ fn solids_absorb_along_the_way() {
         let m = add(&mut stage, desc);
         stage.shape(GeometryDesc::Cube, scale(1.0, 1.0, 0.5 * thickness), m);
         stage.sky(1.0);
-        let seen = stage.probe(v(0.1, 0.2, -5.0), Vec3::Z, json!({}), 2000).mean();
+        // No luck but the facets': what is left is the same for nearly every path.
+        let p = json!({"roulette": "none"});
+        let seen = stage.probe(v(0.1, 0.2, -5.0), Vec3::Z, p, 2000).mean();
         let truth = 0.25f64.powf(f64::from(thickness) / 2.0);
         close(&format!("through {thickness}"), seen, truth, 2e-3);
     }
