@@ -379,12 +379,16 @@ impl Roles {
                 MaterialModel::Conductor { color, .. } => (Some(color), None),
                 MaterialModel::Dielectric { ior, .. }
                 | MaterialModel::ThinDielectric { ior, .. } => (None, Some(ior)),
+                MaterialModel::MetallicRoughness(desc) => (None, Some(&desc.ior)),
                 MaterialModel::CoatedDiffuse { coat, .. } => (None, Some(&coat.ior)),
                 MaterialModel::CoatedConductor { color, coat, .. } => {
                     (Some(color), Some(&coat.ior))
                 }
                 _ => (None, None),
             };
+            if let MaterialModel::MetallicRoughness(desc) = &material.model {
+                mark(description, desc.specular_color, &mut roles.unbounded);
+            }
             if let Some(ConductorColor::EtaK { eta, k }) = color {
                 mark(description, *eta, &mut roles.unbounded);
                 mark(description, *k, &mut roles.unbounded);
@@ -425,10 +429,14 @@ fn mark(description: &SceneDescription, id: TextureId, set: &mut HashSet<Texture
             mark(description, *a, set);
             mark(description, *b, set);
         }
-        N::Scale { texture, .. } => mark(description, *texture, set),
+        N::Scale { texture, .. } | N::WithUv { texture, .. } => mark(description, *texture, set),
         N::Bilerp { corners, .. } => corners.iter().for_each(|c| mark(description, *c, set)),
-        N::Float(_) | N::Spectrum(_) | N::Bitmap(_) | N::Noise { .. } | N::MeshAttribute { .. } => {
-        }
+        N::Float(_)
+        | N::Spectrum(_)
+        | N::Bitmap(_)
+        | N::Noise { .. }
+        | N::MeshAttribute { .. }
+        | N::Step { .. } => {}
     }
 }
 

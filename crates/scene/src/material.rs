@@ -1,6 +1,7 @@
 //! Materials: at each hit, textures are evaluated and the nested models of the file become the
 //! flat list of a [`Bsdf`].
 
+mod metallic_roughness;
 mod oriented;
 
 use crate::bsdf::{
@@ -11,7 +12,7 @@ use crate::bsdf::{
 };
 use crate::description::{
     CoatDesc, ConductorColor, IorDesc, MaterialId, MaterialModel, PrincipledDesc, RoughnessDesc,
-    SceneDescription, SourceFormat, TextureId,
+    SceneDescription, SourceFormat, TangentSpace, TextureId,
 };
 use crate::geometry::Geometry;
 use crate::surface::Surface;
@@ -34,9 +35,10 @@ pub struct Materials {
     masking: Masking,
     /// True: reflecting models reflect on both sides without being asked (pbrt).
     two_sided: bool,
-    /// True: normals that a map turns away from the viewer are turned back, and the relief
-    /// shadows (Mitsuba 3).
+    /// True: the relief that a map stands for shadows (Mitsuba 3).
     relief: bool,
+    /// True: normals that a map turns away from the viewer are turned back (Mitsuba 3, glTF).
+    turns_back: bool,
 }
 
 /// What plastics precompute.
@@ -187,7 +189,9 @@ impl Materials {
         // Mitsuba multiplies the shadowing of both directions, pbrt correlates their heights.
         let masking = match description.format {
             SourceFormat::Mitsuba3 | SourceFormat::Mitsuba06 => Masking::Separable,
-            SourceFormat::Pbrt | SourceFormat::BuiltIn => Masking::HeightCorrelated,
+            SourceFormat::Pbrt | SourceFormat::Gltf | SourceFormat::BuiltIn => {
+                Masking::HeightCorrelated
+            }
         };
         Materials {
             models: description.materials.iter().map(|m| m.model.clone()).collect(),
@@ -198,6 +202,7 @@ impl Materials {
             masking,
             two_sided: description.format == SourceFormat::Pbrt,
             relief: description.format == SourceFormat::Mitsuba3,
+            turns_back: matches!(description.format, SourceFormat::Mitsuba3 | SourceFormat::Gltf),
         }
     }
 
@@ -280,7 +285,7 @@ impl Materials {
     fn turned(&self, place: Place, frame: Frame, hit: &Hit) -> Place {
         let base = place.frame.n;
         let guard = Some(place.guard.unwrap_or(base));
-        if !self.relief {
+        if !self.turns_back {
             return Place { frame, guard, ..place };
         }
         let mut frame = frame;
@@ -289,7 +294,7 @@ impl Materials {
             let mirrored = base * (2.0 * frame.n.dot(base)) - frame.n;
             frame = Frame::from_normal_tangent(mirrored, frame.s);
         }
-        let relief = relief_roughness(frame.n.dot(base));
+        let relief = if self.relief { relief_roughness(frame.n.dot(base)) } else { 0.0 };
         Place { frame, guard, relief, ..place }
     }
 
@@ -328,8 +333,8 @@ impl Materials {
                 self.add(*material, self.turned(place, frame, hit), hit, out);
                 return;
             }
-            M::NormalMap { material, normals } => {
-                let frame = normal_mapped(hit, place.frame, *normals);
+            M::NormalMap { material, normals, space } => {
+                let frame = normal_mapped(hit, place.frame, *normals, *space);
                 self.add(*material, self.turned(place, frame, hit), hit, out);
                 return;
             }
@@ -404,6 +409,11 @@ impl Materials {
                 ))
             }
             M::Principled(desc) => hit.principled(desc),
+            M::MetallicRoughness(desc) => {
+                let (place, model) = hit.metallic_roughness(desc, place);
+                out.push(place.part(Model::MetallicRoughness(model), place.weight));
+                return;
+            }
             M::CoatedDiffuse { reflectance, coat } => {
                 let coat = hit.coat(coat, self.masking);
                 Model::CoatedDiffuse(CoatedDiffuse::new(hit.spectrum(*reflectance), coat))
@@ -461,8 +471,11 @@ fn bumped(hit: &Hit, frame: Frame, height: TextureId, scale: f32) -> Frame {
 }
 
 /// The frame with the normal that a tangent-space map gives.
-fn normal_mapped(hit: &Hit, frame: Frame, normals: TextureId) -> Frame {
+fn normal_mapped(hit: &Hit, frame: Frame, normals: TextureId, space: TangentSpace) -> Frame {
     let [x, y, z] = hit.textures.raw_rgb(normals, hit.at()).map(|v| 2.0 * v - 1.0);
+    let (dpdu, dpdv) = hit.geometry.tangents(hit.surface);
+    let mirrored = space.follows_v && frame.n.dot(dpdu.cross(dpdv)) < 0.0;
+    let (x, y) = (x * space.scale, y * if mirrored { -space.scale } else { space.scale });
     let Some(local) = Vec3::new(x, y, z).try_normalize() else { return frame };
-    Frame::from_normal_tangent(frame.to_world(local), hit.geometry.tangents(hit.surface).0)
+    Frame::from_normal_tangent(frame.to_world(local), dpdu)
 }

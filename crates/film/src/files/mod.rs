@@ -132,8 +132,15 @@ pub fn read_picture(path: impl AsRef<Path>) -> Result<Picture, ImageError> {
 /// file's channels the colour (as [`Picture::rgb`] finds it) and its alpha are taken.
 pub fn read_bitmap(path: impl AsRef<Path>) -> Result<Bitmap, ImageError> {
     let path = path.as_ref();
-    let (format, bytes) = load(path)?;
-    shielded(path, format, || decode_bitmap(path, format, &bytes))
+    bitmap_from_bytes(path, &fs::read(path).map_err(|e| ImageError::io(path, e))?)
+}
+
+/// As [`read_bitmap`], of a file's contents; `name` is what errors call it.
+pub fn bitmap_from_bytes(name: impl AsRef<Path>, bytes: &[u8]) -> Result<Bitmap, ImageError> {
+    let name = name.as_ref();
+    let format = Format::detect(name, bytes)
+        .ok_or_else(|| ImageError::UnknownFormat { path: name.into() })?;
+    shielded(name, format, || decode_bitmap(name, format, bytes))
 }
 
 /// Writes a picture in the format of the path's extension: `exr` (all channels and metadata),

@@ -4,7 +4,7 @@ use super::convert::{Converter, old};
 use super::document::{Kind, Object};
 use super::textures::Role;
 use super::values;
-use kaustika_scene::description::{MaterialId, MaterialModel, TextureId};
+use kaustika_scene::description::{MaterialId, MaterialModel, TangentSpace, TextureId};
 
 impl<'a> Converter<'a> {
     pub(super) fn nested_model(&mut self, object: &'a Object) -> MaterialModel {
@@ -26,7 +26,7 @@ impl<'a> Converter<'a> {
                     true => self.texture(object, "normalmap", 0.5, Role::Data),
                     false => self.nested_texture(object, Role::Data),
                 };
-                MaterialModel::NormalMap { material, normals }
+                MaterialModel::NormalMap { material, normals, space: TangentSpace::default() }
             }
             "blendbsdf" => {
                 let parts = self.nested_exactly(object, 2);

@@ -6,8 +6,8 @@ use super::param::ParamType;
 use super::upgrade_material::OPACITY;
 use kaustika_scene::description::{
     BitmapChannels, BitmapFilter, BitmapTexture, CoatDesc, ConductorColor, Distribution, Encoding,
-    IorDesc, MaterialId, MaterialModel, RoughnessDesc, TextureId, TextureMapping, TextureNode,
-    Wrap,
+    IorDesc, MaterialId, MaterialModel, RoughnessDesc, TangentSpace, TextureId, TextureMapping,
+    TextureNode, Wrap,
 };
 use kaustika_spectra::{ColorSpace, SpectrumDesc};
 
@@ -72,7 +72,7 @@ impl Builder {
                 space: ColorSpace::Srgb,
             });
             let normals = self.desc.add_texture(node, Some(map.span));
-            MaterialModel::NormalMap { material, normals }
+            MaterialModel::NormalMap { material, normals, space: TangentSpace::default() }
         } else if let Some(displacement) = displacement {
             MaterialModel::Bump { material, displacement, scale: 1.0 }
         } else {

@@ -42,7 +42,8 @@ pub enum Command {
 /// `kaustika render`.
 #[derive(ClapArgs, Debug)]
 pub struct RenderArgs {
-    /// Scene file: .pbrt, .pbrt.gz, or .xml (Mitsuba); without one a built-in scene is rendered
+    /// Scene file: .pbrt, .pbrt.gz, .xml (Mitsuba), .gltf or .glb; without one a built-in scene is
+    /// rendered
     pub scene: Option<PathBuf>,
     /// Image to write: .exr (all layers, metadata), .png, .jpg, .hdr, .pfm; may be repeated
     #[arg(short, long = "output", alias = "outfile", value_name = "FILE")]

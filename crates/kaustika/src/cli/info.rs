@@ -120,6 +120,7 @@ fn format_name(f: SourceFormat) -> &'static str {
         SourceFormat::Pbrt => "pbrt",
         SourceFormat::Mitsuba3 => "mitsuba",
         SourceFormat::Mitsuba06 => "mitsuba 0.6",
+        SourceFormat::Gltf => "glTF",
     }
 }
 

@@ -33,22 +33,55 @@ pub fn microfacet_albedo(surface: &Microfacet, r0: Spectrum, wo: Vec3) -> Spectr
     if surface.is_smooth() {
         return fresnel_schlick(wo.z, r0);
     }
+    let [a, b] = microfacet_albedo_terms(surface, wo);
+    r0 * a + Spectrum::splat(b)
+}
+
+/// A and B of (1) for a surface that is not smooth.
+#[inline]
+pub(super) fn microfacet_albedo_terms(surface: &Microfacet, wo: Vec3) -> [f32; 2] {
+    let table = table(surface);
+    let (i, s) = place(surface.isotropic_alpha(wo).sqrt());
+    let (j, t) = place(wo.z);
+    [0, 1].map(|c| {
+        let row = |r: &[[f32; 2]; SIZE]| r[j][c] * (1.0 - t) + r[j + 1][c] * t;
+        row(&table[i]) * (1.0 - s) + row(&table[i + 1]) * s
+    })
+}
+
+/// Means of A and B over the hemisphere of a diffuse light, 2 ∫ A μ dμ: by Simpson's rule, exact
+/// for the tables' interpolation.
+pub(super) fn microfacet_mean_terms(surface: &Microfacet) -> [f32; 2] {
+    let table = table(surface);
+    let (i, s) = place(surface.alpha().sqrt());
+    let h = 1.0 / (SIZE - 1) as f32;
+    let mut mean = [0.0; 2];
+    for j in 0..SIZE - 1 {
+        for c in 0..2 {
+            let at = |j: usize| table[i][j][c] * (1.0 - s) + table[i + 1][j][c] * s;
+            let (low, high, mu) = (at(j), at(j + 1), j as f32 * h);
+            let middle = 4.0 * 0.5 * (low + high) * (mu + 0.5 * h);
+            mean[c] += 2.0 * h / 6.0 * (low * mu + middle + high * (mu + h));
+        }
+    }
+    mean
+}
+
+/// The node below x in [0,1], and how far x is on the way to the next.
+#[inline]
+fn place(x: f32) -> (usize, f32) {
+    let x = x.clamp(0.0, 1.0) * (SIZE - 1) as f32;
+    let i = (x as usize).min(SIZE - 2);
+    (i, x - i as f32)
+}
+
+/// The table of a surface's distribution and masking.
+#[inline]
+fn table(surface: &Microfacet) -> &'static Table {
     let (kind, masking) = (surface.kind(), surface.masking());
     let slot =
         2 * (kind == Distribution::Beckmann) as usize + (masking == Masking::Separable) as usize;
-    let table = TABLES[slot].get_or_init(|| tabulate(kind, masking));
-    let at = |x: f32| {
-        let x = x.clamp(0.0, 1.0) * (SIZE - 1) as f32;
-        let i = (x as usize).min(SIZE - 2);
-        (i, x - i as f32)
-    };
-    let (i, s) = at(surface.isotropic_alpha(wo).sqrt());
-    let (j, t) = at(wo.z);
-    let mix = |c: usize| {
-        let row = |r: &[[f32; 2]; SIZE]| r[j][c] * (1.0 - t) + r[j + 1][c] * t;
-        row(&table[i]) * (1.0 - s) + row(&table[i + 1]) * s
-    };
-    r0 * mix(0) + Spectrum::splat(mix(1))
+    TABLES[slot].get_or_init(|| tabulate(kind, masking))
 }
 
 fn tabulate(kind: Distribution, masking: Masking) -> Box<Table> {

@@ -29,6 +29,7 @@ mod diffuse_transmission;
 pub mod fresnel;
 mod layered;
 mod lobes;
+mod metallic_roughness;
 mod microfacet;
 mod model;
 mod null;
@@ -52,6 +53,9 @@ pub use diffuse::Diffuse;
 pub use diffuse_transmission::DiffuseTransmission;
 pub use layered::{Coat, CoatedConductor, CoatedDiffuse, Layered};
 pub use lobes::Lobes;
+pub use metallic_roughness::{
+    Boundary, Clearcoat, Film, MetallicRoughness, MetallicRoughnessParameters,
+};
 pub use microfacet::{Masking, Microfacet};
 pub use model::Model;
 pub use null::Null;

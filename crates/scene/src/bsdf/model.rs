@@ -2,8 +2,8 @@
 
 use super::{
     BsdfSample, CoatedConductor, CoatedDiffuse, Conductor, Dielectric, Diffuse,
-    DiffuseTransmission, Lobes, Mode, Null, OrenNayar, Phong, Plastic, Principled, PrincipledThin,
-    RoughPlastic, Scatter, ThinDielectric, Ward,
+    DiffuseTransmission, Lobes, MetallicRoughness, Mode, Null, OrenNayar, Phong, Plastic,
+    Principled, PrincipledThin, RoughPlastic, Scatter, ThinDielectric, Ward,
 };
 use kaustika_math::{Vec2, Vec3};
 use kaustika_spectra::Spectrum;
@@ -76,6 +76,8 @@ models! {
     Principled(Principled),
     /// Disney's, of thin sheets.
     PrincipledThin(PrincipledThin),
+    /// glTF's.
+    MetallicRoughness(MetallicRoughness),
     /// Matte under a coat.
     CoatedDiffuse(CoatedDiffuse),
     /// Metal under a coat.

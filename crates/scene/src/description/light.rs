@@ -114,6 +114,8 @@ pub enum SpotFalloff {
     LinearAngle,
     /// Smoothstep in the cosine (pbrt-v4).
     SmoothstepCosine,
+    /// The square of what is linear in the cosine (glTF's recommendation).
+    SquaredLinearCosine,
 }
 
 /// How an environment image covers the sphere.

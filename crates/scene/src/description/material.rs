@@ -1,6 +1,6 @@
 //! Materials: what the readers found, in Kaustika's own set of scattering models.
 
-use super::{Span, TextureId};
+use super::{MetallicRoughnessDesc, Span, TangentSpace, TextureId};
 
 /// Index into [`super::SceneDescription::materials`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -174,6 +174,8 @@ pub enum MaterialModel {
     },
     /// Disney's principled model as Mitsuba 3 defines it.
     Principled(PrincipledDesc),
+    /// glTF 2.0's metallic-roughness model.
+    MetallicRoughness(Box<MetallicRoughnessDesc>),
     /// A random choice, (1 - amount) a + amount b.
     Mix {
         /// At amount 0.
@@ -217,6 +219,8 @@ pub enum MaterialModel {
         material: MaterialId,
         /// Normal in [0,1]³ (raw texture).
         normals: TextureId,
+        /// What its numbers mean.
+        space: TangentSpace,
     },
     /// Nothing: a boundary between media. `counts` says whether passing it is a path vertex
     /// (Mitsuba's `null`) or not (pbrt's `interface`).

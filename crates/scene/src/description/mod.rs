@@ -8,6 +8,7 @@ mod camera;
 mod light;
 mod material;
 mod mesh;
+mod metallic_roughness;
 mod shape;
 mod source;
 mod texture;
@@ -20,6 +21,10 @@ pub use material::{
     PrincipledDesc, RoughnessDesc, WardVariant,
 };
 pub use mesh::{MeshAttribute, TriMesh};
+pub use metallic_roughness::{
+    AnisotropyDesc, ClearcoatDesc, DiffuseTransmissionDesc, IridescenceDesc, MetallicRoughnessDesc,
+    SheenDesc, TangentSpace, VolumeDesc,
+};
 pub use shape::{EmissionDesc, GeometryDesc, GroupDesc, GroupId, InstanceDesc, ShapeDesc};
 pub use source::{Diagnostic, Diagnostics, Severity, SourceFile, SourceMap, Span, nearest_name};
 pub use texture::{
@@ -54,6 +59,8 @@ pub enum SourceFormat {
     Mitsuba3,
     /// Mitsuba 0.4 to 0.6.
     Mitsuba06,
+    /// glTF 2.0.
+    Gltf,
 }
 
 /// A whole scene as a file says it.

@@ -111,6 +111,21 @@ pub enum TextureNode {
         /// Multiplies it.
         scale: f32,
     },
+    /// 1 where another texture, as a number, is at least `threshold`, else 0.
+    Step {
+        /// What is compared.
+        texture: TextureId,
+        /// Least value that gives 1.
+        threshold: f32,
+    },
+    /// A texture at other surface parameters, which the mesh stores as an attribute of two
+    /// numbers (and an unused third).
+    WithUv {
+        /// What is looked up.
+        texture: TextureId,
+        /// The attribute's name.
+        attribute: String,
+    },
 }
 
 /// Procedural noises of pbrt.

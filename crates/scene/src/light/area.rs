@@ -39,9 +39,18 @@ pub struct AreaLight {
     pub two_sided: bool,
 }
 
+/// Where on its shape a point lies, for what varies over it.
+struct Place {
+    uv: Vec2,
+    /// Of the store, or `u32::MAX`.
+    triangle: u32,
+    /// Weights of the triangle's corners 1 and 2.
+    barycentrics: Vec2,
+}
+
 impl AreaLight {
-    /// Radiance leaving the point `p` with normal `n` along `w`; `uv` is asked for only where
-    /// the radiance varies.
+    /// Radiance leaving the point `p` with normal `n` along `w`; its place is asked for only
+    /// where the radiance varies.
     #[inline]
     fn emitted(
         &self,
@@ -49,7 +58,7 @@ impl AreaLight {
         (p, n): (Vec3, Vec3),
         w: Vec3,
         lambda: &Wavelengths,
-        uv: impl FnOnce() -> Vec2,
+        place: impl FnOnce() -> Place,
     ) -> Spectrum {
         if !self.two_sided && n.dot(w) <= 0.0 {
             return Spectrum::ZERO;
@@ -57,21 +66,19 @@ impl AreaLight {
         if let Some(radiance) = scene.textures.uniform(self.radiance, lambda) {
             return radiance * self.scale;
         }
-        let at = crate::texture::TexturePoint {
-            p,
-            n,
-            uv: uv(),
-            uv_width: 0.0,
-            triangle: u32::MAX,
-            barycentrics: Vec2::ZERO,
-        };
+        let Place { uv, triangle, barycentrics } = place();
+        let at = crate::texture::TexturePoint { p, n, uv, uv_width: 0.0, triangle, barycentrics };
         scene.textures.spectrum(self.radiance, &at, lambda) * self.scale
     }
 
     /// Radiance leaving `s` along `w`.
     #[inline]
     pub fn le(&self, scene: &Scene, s: &Surface, w: Vec3, lambda: &Wavelengths) -> Spectrum {
-        self.emitted(scene, (s.p, s.ng), w, lambda, || s.uv)
+        self.emitted(scene, (s.p, s.ng), w, lambda, || Place {
+            uv: s.uv,
+            triangle: s.triangle,
+            barycentrics: s.barycentrics,
+        })
     }
 
     /// A point of the surface and its density per area.
@@ -84,12 +91,19 @@ impl AreaLight {
         }
     }
 
-    /// Surface parameters of what [`AreaLight::sample_area`] gives for `u`.
-    fn sampled_uv(&self, scene: &Scene, u: Vec2, p: Vec3) -> Vec2 {
+    /// The place of what [`AreaLight::sample_area`] gives for `u`.
+    fn sampled_place(&self, scene: &Scene, u: Vec2, p: Vec3) -> Place {
         let g = &scene.geometry;
         match self.shape {
-            AreaShape::Triangle(i, _) => g.triangles.uv(i, warp::triangle(u)),
-            AreaShape::Quadric(i) | AreaShape::Sphere(i, ..) => g.quadrics[i as usize].uv_at(p),
+            AreaShape::Triangle(triangle, _) => {
+                let b = warp::triangle(u);
+                let uv = g.triangles.uv(triangle, b);
+                Place { uv, triangle, barycentrics: Vec2::new(b[1], b[2]) }
+            }
+            AreaShape::Quadric(i) | AreaShape::Sphere(i, ..) => {
+                let uv = g.quadrics[i as usize].uv_at(p);
+                Place { uv, triangle: u32::MAX, barycentrics: Vec2::ZERO }
+            }
         }
     }
 
@@ -140,8 +154,8 @@ impl AreaLight {
         if pdf_w <= 0.0 {
             return None;
         }
-        let uv = || self.sampled_uv(scene, u, s.p);
-        let le = self.emitted(scene, (s.p, s.n), -wi, lambda, uv);
+        let place = || self.sampled_place(scene, u, s.p);
+        let le = self.emitted(scene, (s.p, s.n), -wi, lambda, place);
         Some(LightSample { wi, p: s.p, p_error: s.p_error, n: s.n, pdf_w, le, delta: false })
     }
 
@@ -187,8 +201,8 @@ impl AreaLight {
         if pdf_w <= 0.0 {
             return None;
         }
-        let uv = || self.sampled_uv(scene, u, s.p);
-        let le = self.emitted(scene, (s.p, s.n), w, lambda, uv);
+        let place = || self.sampled_place(scene, u, s.p);
+        let le = self.emitted(scene, (s.p, s.n), w, lambda, place);
         let ray = Ray::new(offset_origin(s.p, s.p_error, s.n, w), w);
         Some(EmittedRay { ray, le, n, pdf_a, pdf_w, cos: local.z })
     }
@@ -215,8 +229,8 @@ impl AreaLight {
         let sides = if self.two_sided { 2.0 } else { 1.0 };
         let radiance = |u: Vec2| {
             let (s, pdf_a) = self.sample_area(scene, u);
-            let uv = || self.sampled_uv(scene, u, s.p);
-            (self.emitted(scene, (s.p, s.n), s.n, lambda, uv), pdf_a)
+            let place = || self.sampled_place(scene, u, s.p);
+            (self.emitted(scene, (s.p, s.n), s.n, lambda, place), pdf_a)
         };
         if scene.textures.constant(self.radiance).is_some() {
             return radiance(Vec2::splat(0.5)).0 * (sides * PI * self.area(scene));

@@ -4,7 +4,7 @@ use super::{EmittedRay, LightSample};
 use crate::Scene;
 use crate::description::{SpotFalloff, TextureId};
 use crate::texture::{ImageMap, TexturePoint, uplift};
-use kaustika_math::{INV_PI, Ray, Transform, Vec2, Vec3, warp};
+use kaustika_math::{INV_PI, Ray, Transform, Vec2, Vec3, sqr, warp};
 use kaustika_spectra::{CompiledSpectrum, Spectrum, SpectrumRole, Wavelengths};
 use std::f32::consts::PI;
 
@@ -107,6 +107,7 @@ impl Spot {
                 let t = (cos - cos_cut) / (cos_beam - cos_cut);
                 t * t * (3.0 - 2.0 * t)
             }
+            SpotFalloff::SquaredLinearCosine => sqr((cos - cos_cut) / (cos_beam - cos_cut)),
         }
     }
 
@@ -181,7 +182,7 @@ impl Spot {
     /// ∫ (c - θ)/(c - b) sin θ dθ over [b, c] = cos b - (sin c - sin b)/(c - b)
     /// ```
     ///
-    /// and the smoothstep has the mean ½ over its range of cosines.
+    /// and the smoothstep has the mean ½ over its range of cosines, the square ⅓.
     pub fn solid_angle(&self) -> f32 {
         let (cut, beam) = (self.cutoff.cos(), self.beam_width.cos());
         let width = self.cutoff - self.beam_width;
@@ -189,6 +190,7 @@ impl Spot {
             SpotFalloff::LinearAngle if width > 1e-3 => {
                 beam - (self.cutoff.sin() - self.beam_width.sin()) / width
             }
+            SpotFalloff::SquaredLinearCosine => (beam - cut) / 3.0,
             _ => 0.5 * (beam - cut),
         };
         2.0 * PI * ((1.0 - beam) + border)

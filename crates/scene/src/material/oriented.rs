@@ -25,6 +25,10 @@ pub(super) fn is_oriented(all: &[MaterialDesc], id: MaterialId, textures: &Textu
         M::Conductor { roughness, .. } | M::Dielectric { roughness, .. } => stretched(roughness),
         M::Plastic { roughness, .. } => roughness.as_ref().is_some_and(stretched),
         M::Principled(desc) => textures.constant(desc.anisotropic) != Some(0.0),
+        M::MetallicRoughness(desc) => {
+            desc.anisotropy.is_some()
+                || desc.clearcoat.as_ref().is_some_and(|c| c.normals.is_some())
+        }
         M::Mix { a, b, .. } => part(a) || part(b),
         M::Sum { parts } => parts.iter().any(|(_, id)| part(id)),
         M::Mask { material, .. } => part(material),

@@ -61,6 +61,13 @@ impl Textures {
                     let table = AttributeTable { scale: *scale, ..attribute(name) };
                     Node::Attribute(Box::new(table))
                 }
+                TextureNode::Step { texture, threshold } => {
+                    Node::Step { texture: *texture, threshold: *threshold }
+                }
+                TextureNode::WithUv { texture, attribute: name } => {
+                    let uv = AttributeTable { scale: 1.0, ..attribute(name) };
+                    Node::WithUv { texture: *texture, uv: Box::new(uv) }
+                }
             };
             textures.nodes.push(node);
             textures.roles.push(role);

@@ -92,6 +92,14 @@ enum Node {
         to_texture: Transform,
     },
     Attribute(Box<AttributeTable>),
+    Step {
+        texture: TextureId,
+        threshold: f32,
+    },
+    WithUv {
+        texture: TextureId,
+        uv: Box<AttributeTable>,
+    },
 }
 
 /// Values of a named mesh attribute for the meshes that have it.
@@ -138,6 +146,8 @@ impl Textures {
             }
             Node::Noise { .. } => self.noise(id, at).map_or(0.0, mean),
             Node::Attribute(table) => mean(table.value(at)),
+            Node::Step { texture, threshold } => f32::from(self.float(*texture, at) >= *threshold),
+            Node::WithUv { texture, uv } => self.float(*texture, &uv.moved(at)),
             _ => self.chosen(id, at).map_or(0.0, |(t, a, b)| {
                 self.blend(t, a, b, |id| self.float(id, at), |a, b| a * (1.0 - t) + b * t)
             }),
@@ -177,6 +187,8 @@ impl Textures {
                 self.noise(id, at).map_or(Spectrum::ZERO, |c| uplift(role, c, lambda))
             }
             Node::Attribute(table) => uplift(role, table.value(at), lambda),
+            Node::Step { .. } => Spectrum::splat(self.float(id, at)),
+            Node::WithUv { texture, uv } => self.spectrum(*texture, &uv.moved(at), lambda),
             _ => self.chosen(id, at).map_or(Spectrum::ZERO, |(t, a, b)| {
                 let get = |id| self.spectrum(id, at, lambda);
                 self.blend(t, a, b, get, |a, b| a.lerp(b, t))
@@ -189,6 +201,7 @@ impl Textures {
         match &self.nodes[id.0 as usize] {
             Node::Bitmap(b) => b.rgb(at),
             Node::Spectrum { raw, .. } => *raw,
+            Node::WithUv { texture, uv } => self.raw_rgb(*texture, &uv.moved(at)),
             _ => [self.float(id, at); 3],
         }
     }
@@ -277,7 +290,10 @@ impl Textures {
 
 impl AttributeTable {
     fn value(&self, at: &TexturePoint) -> [f32; 3] {
-        let Some(range) = self.ranges.iter().find(|r| r.triangles.contains(&at.triangle)) else {
+        // Ranges ascend, as meshes were added.
+        let range = self.ranges.partition_point(|r| r.triangles.end <= at.triangle);
+        let Some(range) = self.ranges.get(range).filter(|r| r.triangles.contains(&at.triangle))
+        else {
             return [0.0; 3];
         };
         let c = &range.corners[(at.triangle - range.triangles.start) as usize];
@@ -285,6 +301,14 @@ impl AttributeTable {
         std::array::from_fn(|i| {
             self.scale * ((1.0 - b1 - b2) * c[0][i] + b1 * c[1][i] + b2 * c[2][i])
         })
+    }
+}
+
+impl AttributeTable {
+    /// The point with the attribute's first two numbers as its uv, unfiltered.
+    fn moved(&self, at: &TexturePoint) -> TexturePoint {
+        let [u, v, _] = self.value(at);
+        TexturePoint { uv: Vec2::new(u, v), uv_width: 0.0, ..*at }
     }
 }
 

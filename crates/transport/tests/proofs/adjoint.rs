@@ -62,6 +62,7 @@ fn lights() -> Vec<(&'static str, Stage)> {
         ("point", light(LightKind::Point { intensity: grey(3.0), scale: 1.0, power: None })),
         ("spot, linear", light(spot(SpotFalloff::LinearAngle, None))),
         ("spot, smooth", light(spot(SpotFalloff::SmoothstepCosine, None))),
+        ("spot, squared", light(spot(SpotFalloff::SquaredLinearCosine, None))),
         ("slide", slide),
         (
             "parallel",

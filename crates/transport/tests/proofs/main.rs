@@ -9,6 +9,7 @@ mod bidirectional;
 mod cameras;
 mod furnace;
 mod irradiance;
+mod layers;
 mod learned;
 mod light_kinds;
 mod mis;

@@ -8,6 +8,7 @@
 
 mod case;
 mod command_line;
+mod gltf;
 mod images;
 mod meshes;
 mod mitsuba;
@@ -25,6 +26,11 @@ fn check(cases: Vec<Case>) {
 #[test]
 fn pbrt_scenes() {
     check(pbrt::cases());
+}
+
+#[test]
+fn gltf_scenes() {
+    check(gltf::cases());
 }
 
 #[test]
@@ -50,7 +56,7 @@ fn command_lines() {
 /// No name stands for two cases, and no text is left of a case that is gone.
 #[test]
 fn cases_and_expected_texts_belong_together() {
-    let lists = [pbrt::cases(), mitsuba::cases(), meshes::cases(), images::cases()];
+    let lists = [pbrt::cases(), gltf::cases(), mitsuba::cases(), meshes::cases(), images::cases()];
     let cases = lists.into_iter().flatten().chain(command_line::cases());
     let mut names = BTreeSet::new();
     for case in cases {
