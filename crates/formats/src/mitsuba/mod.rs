@@ -19,6 +19,7 @@
 
 mod bsdfs;
 mod convert;
+mod daylight;
 mod document;
 mod emitters;
 mod find;
@@ -33,6 +34,7 @@ mod sensors;
 mod shapes;
 mod spectra;
 mod steps;
+mod sun_position;
 mod textures;
 mod upgrade;
 mod values;

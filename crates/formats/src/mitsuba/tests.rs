@@ -1,6 +1,7 @@
 //! Tests of the reader on small scenes.
 
 mod cameras;
+mod daylight;
 mod faults;
 mod language;
 mod lights;

@@ -57,6 +57,15 @@ impl Light {
                 }
                 Light::Environment(light)
             }
+            LightKind::Sky { sky, scale } => {
+                Light::Environment(Environment::clear_sky(sky, *scale, to_world, mode))
+            }
+            LightKind::Sun { radiance, scale, radius } => {
+                let center = to_world.vector(Vec3::Z).normalize();
+                let radiance = illuminant(radiance, mode);
+                let radius = radius.to_radians();
+                Light::Environment(Environment::sun(center, radius, radiance, *scale))
+            }
             LightKind::Projection { bitmap, space, fov_x, scale, power } => {
                 let image = ImageMap::new(bitmap, *space);
                 let tan_x = (0.5 * fov_x.to_radians()).tan();

@@ -1,13 +1,15 @@
-//! Light from everywhere: constant, or an image around the scene.
+//! Light from everywhere: constant, an image around the scene, a clear sky; and the sun.
 
+use super::daylight::Daylight;
 use super::sky::Sky;
+use super::sun::Sun;
 use super::{EmittedRay, Escaped, LightSample};
 use crate::Scene;
-use crate::description::EnvironmentLayout;
+use crate::description::{EnvironmentLayout, SkyDesc};
 use crate::texture::{ImageMap, uplift};
 use kaustika_math::{INV_PI, Ray, Transform, Vec2, Vec3, warp};
 use kaustika_sampling::distribution::TiledSample;
-use kaustika_spectra::{CompiledSpectrum, Spectrum, SpectrumRole, Wavelengths};
+use kaustika_spectra::{ColorMode, CompiledSpectrum, Spectrum, SpectrumRole, Wavelengths};
 use std::f32::consts::PI;
 
 /// Light that surrounds the scene.
@@ -21,6 +23,8 @@ pub struct Environment {
 enum Source {
     Constant(CompiledSpectrum),
     Image(Box<Sky>),
+    Daylight(Box<Daylight>),
+    Sun(Sun),
 }
 
 /// Regions of a constant environment along cos θ and φ, of the same solid angle.
@@ -57,6 +61,22 @@ impl Environment {
         Environment { scale, source: Source::Image(Box::new(Sky::new(image, layout, to_world))) }
     }
 
+    /// A clear sky; only the rotation of `to_world` matters.
+    pub fn clear_sky(
+        desc: &SkyDesc,
+        scale: f32,
+        to_world: Transform,
+        mode: ColorMode,
+    ) -> Environment {
+        let daylight = Daylight::new(desc, to_world, mode);
+        Environment { scale, source: Source::Daylight(Box::new(daylight)) }
+    }
+
+    /// A disc about the unit direction `center`, of angular radius `radius`, radians.
+    pub fn sun(center: Vec3, radius: f32, radiance: CompiledSpectrum, scale: f32) -> Environment {
+        Environment { scale, source: Source::Sun(Sun::new(center, radius, radiance)) }
+    }
+
     /// Multiplies all radiance.
     pub fn rescale(&mut self, k: f32) {
         self.scale *= k;
@@ -88,6 +108,14 @@ impl Environment {
                 let (rgb, pdf_w, region) = sky.escaped(wi);
                 (uplift(SpectrumRole::Illuminant, rgb, lambda), pdf_w, region)
             }
+            Source::Daylight(d) => {
+                let (_, pdf_w, region) = d.density.escaped(wi);
+                (d.radiance(wi, lambda), pdf_w, region)
+            }
+            Source::Sun(sun) => match sun.pdf_w(wi) {
+                Some(pdf_w) => (sun.radiance.eval(lambda), pdf_w, 0),
+                None => (Spectrum::ZERO, 0.0, 0),
+            },
         };
         Escaped { le: le * self.scale, pdf_li, region }
     }
@@ -98,6 +126,8 @@ impl Environment {
         match &self.source {
             Source::Constant(_) => [REGIONS[1] as u32, REGIONS[0] as u32],
             Source::Image(sky) => sky.regions().map(|n| n as u32),
+            Source::Daylight(d) => d.density.regions().map(|n| n as u32),
+            Source::Sun(_) => [1, 1],
         }
     }
 
@@ -107,6 +137,8 @@ impl Environment {
         match &self.source {
             Source::Constant(_) => 1.0 / (REGIONS[0] * REGIONS[1]),
             Source::Image(sky) => sky.region_pmf(region),
+            Source::Daylight(d) => d.density.region_pmf(region),
+            Source::Sun(_) => 1.0,
         }
     }
 
@@ -132,6 +164,14 @@ impl Environment {
                 let (wi, pdf_w, rgb) = sky.sample(region, u)?;
                 (wi, pdf_w, uplift(SpectrumRole::Illuminant, rgb, lambda))
             }
+            Source::Daylight(d) => {
+                let (wi, pdf_w, _) = d.density.sample(region, u)?;
+                (wi, pdf_w, d.radiance(wi, lambda))
+            }
+            Source::Sun(sun) => {
+                let (wi, pdf_w) = sun.sample(u);
+                (wi, pdf_w, sun.radiance.eval(lambda))
+            }
         };
         Some((wi, pdf_w, le * self.scale))
     }
@@ -148,12 +188,13 @@ impl Environment {
         Some(self.seen(scene, from, wi, pdf_w, le))
     }
 
-    /// The image around the scene, for samples that are drawn step by step.
+    /// The image that directions are chosen by, for samples that are drawn step by step.
     #[inline]
     pub(super) fn sky(&self) -> Option<&Sky> {
         match &self.source {
-            Source::Constant(_) => None,
+            Source::Constant(_) | Source::Sun(_) => None,
             Source::Image(sky) => Some(sky),
+            Source::Daylight(d) => Some(&d.density),
         }
     }
 
@@ -166,10 +207,12 @@ impl Environment {
         cell: &TiledSample,
         lambda: &Wavelengths,
     ) -> Option<LightSample> {
-        let Source::Image(sky) = &self.source else { return None };
-        let (wi, pdf_w, rgb) = sky.sample_cell(cell)?;
-        let le = uplift(SpectrumRole::Illuminant, rgb, lambda) * self.scale;
-        Some(self.seen(scene, from, wi, pdf_w, le))
+        let (wi, pdf_w, rgb) = self.sky()?.sample_cell(cell)?;
+        let le = match &self.source {
+            Source::Daylight(d) => d.radiance(wi, lambda),
+            _ => uplift(SpectrumRole::Illuminant, rgb, lambda),
+        };
+        Some(self.seen(scene, from, wi, pdf_w, le * self.scale))
     }
 
     /// The sample of a direction as a point sees it.
@@ -215,6 +258,10 @@ impl Environment {
             Source::Image(sky) => {
                 let mean = uplift(SpectrumRole::Illuminant, sky.mean(), lambda);
                 mean * (4.0 * PI * disk * self.scale)
+            }
+            Source::Daylight(d) => d.mean(lambda) * (4.0 * PI * disk * self.scale),
+            Source::Sun(sun) => {
+                sun.radiance.eval(lambda) * (sun.share() * 4.0 * PI * disk * self.scale)
             }
         }
     }

@@ -11,6 +11,7 @@ mod bounds;
 mod build;
 mod bvh;
 mod cone;
+mod daylight;
 mod environment;
 mod learned;
 mod pack;
@@ -18,6 +19,7 @@ mod pair;
 mod point;
 mod selection;
 mod sky;
+mod sun;
 mod texels;
 
 pub use area::{AreaLight, AreaShape};

@@ -152,6 +152,31 @@ fn environments() {
     techniques_agree("constant", &stage);
 }
 
+/// A sky of a low sun, as it is and reaching below the horizon, and the sun, near the zenith and
+/// half set behind the floor's horizon.
+#[test]
+fn daylight() {
+    let turn = rotate(100.0, v(1.0, 0.3, -0.2));
+    for (turbidity, stretch, extend) in [(2.0, 1.0, false), (6.0, 1.3, false), (4.0, 1.0, true)] {
+        let mut stage = Stage::new();
+        floor(&mut stage);
+        let albedo = grey(0.3);
+        let sun = v(0.5, 0.6, 0.3);
+        let sky = SkyDesc { turbidity, albedo, sun, stretch, extend };
+        stage.light(LightKind::Sky { sky, scale: 2.0 }, turn);
+        techniques_agree(&format!("sky {turbidity} {stretch} {extend}"), &stage);
+    }
+    for (toward, radius) in [(v(0.1, 0.2, 1.0), 20.0), (v(1.0, 0.0, 0.05), 15.0)] {
+        let mut stage = Stage::new();
+        floor(&mut stage);
+        stage.light(
+            LightKind::Sun { radiance: grey(3.0), scale: 2.0, radius },
+            look(v(0.0, 0.0, 0.0), toward),
+        );
+        techniques_agree(&format!("sun of {radius}"), &stage);
+    }
+}
+
 #[test]
 fn many_lights_under_every_selection() {
     use kaustika_scene::LightSelectionKind as K;
