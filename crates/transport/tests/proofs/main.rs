@@ -11,6 +11,7 @@ mod furnace;
 mod irradiance;
 mod learned;
 mod light_kinds;
+mod meters;
 mod mis;
 mod placing;
 mod refraction;

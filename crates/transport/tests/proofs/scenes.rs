@@ -335,7 +335,14 @@ pub fn probe(scene: &Scene, o: Vec3, d: Vec3, p: Value, n: u64) -> (RunningMean,
     let p = params(p);
     let integrator = Integrator::new(scene, &frame, &p);
     let ray = Ray::new(o, d.normalize());
-    let ray = CameraRay { ray, t_max: f32::INFINITY, spread: 0.0, width: 0.0 };
+    let ray = CameraRay {
+        ray,
+        t_max: f32::INFINITY,
+        spread: 0.0,
+        width: 0.0,
+        weight: 1.0,
+        receiver: None,
+    };
     let mut stats = PassStats::default();
     let mut mean = RunningMean::new();
     for index in 0..n {
