@@ -68,6 +68,7 @@ impl Environment {
                 l.kind,
                 LightKind::Constant { .. }
                     | LightKind::Image { .. }
+                    | LightKind::Portal { .. }
                     | LightKind::Sky { .. }
                     | LightKind::Sun { .. }
             )

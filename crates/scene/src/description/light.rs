@@ -80,6 +80,20 @@ pub enum LightKind {
         /// Illuminance of a surface under the upper hemisphere instead of `scale`.
         illuminance: Option<f32>,
     },
+    /// Radiance from an image that comes in through a rectangle only (pbrt's portal).
+    Portal {
+        /// RGB radiance.
+        bitmap: Arc<Bitmap>,
+        /// Colour space of the image.
+        space: ColorSpace,
+        /// How directions map to it, in light space.
+        layout: EnvironmentLayout,
+        /// Multiplies it.
+        scale: f32,
+        /// Around the rectangle, in world space. Outside is where the cross product of the sides
+        /// from the first corner to the fourth and to the second points.
+        corners: [Vec3; 4],
+    },
     /// A clear sky around the scene, +z straight up; the sun itself is another light.
     Sky {
         /// The atmosphere and where the sun stands.

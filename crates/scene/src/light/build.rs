@@ -57,6 +57,12 @@ impl Light {
                 }
                 Light::Environment(light)
             }
+            LightKind::Portal { bitmap, space, layout, scale, corners } => {
+                let image = ImageMap::new(bitmap, *space);
+                let light = Environment::portal(&image, *layout, *scale, to_world, *corners);
+                let dark = || Environment::constant(CompiledSpectrum::constant(0.0, mode), 0.0);
+                Light::Environment(light.unwrap_or_else(dark))
+            }
             LightKind::Sky { sky, scale } => {
                 Light::Environment(Environment::clear_sky(sky, *scale, to_world, mode))
             }

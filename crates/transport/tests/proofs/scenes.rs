@@ -397,3 +397,9 @@ pub fn with_error(mean: f64, error: f64) -> RunningMean {
 pub fn v2(x: f32, y: f32) -> Vec2 {
     Vec2::new(x, y)
 }
+
+/// Corners of a window of 1 by 0.8 whose outside is up.
+pub fn window(corner: Vec3) -> [Vec3; 4] {
+    let [x, y] = [v(1.0, 0.0, 0.0), v(0.0, 0.8, 0.0)];
+    [corner, corner + y, corner + x + y, corner + x]
+}
