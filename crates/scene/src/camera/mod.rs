@@ -192,7 +192,7 @@ impl Camera {
     pub fn meet_lens(&self, ray: &Ray) -> Option<LensHit> {
         match self {
             Camera::Projective(c) => c.meet_lens(ray),
-            Camera::Spherical(_) => None,
+            _ => None,
         }
     }
 
@@ -200,7 +200,7 @@ impl Camera {
     pub fn lens_point(&self, ray: &Ray) -> Vec3 {
         match self {
             Camera::Projective(c) => c.lens_point(ray),
-            Camera::Spherical(c) => c.position(),
+            _ => self.position(),
         }
     }
 
@@ -208,7 +208,7 @@ impl Camera {
     pub fn parallel(&self) -> Option<Vec3> {
         match self {
             Camera::Projective(c) => c.parallel(),
-            Camera::Spherical(_) => None,
+            _ => None,
         }
     }
 
@@ -216,8 +216,13 @@ impl Camera {
     pub fn aperture(&self) -> Option<Vec3> {
         match self {
             Camera::Projective(c) => c.aperture(),
-            Camera::Spherical(_) => None,
+            _ => None,
         }
+    }
+
+    /// True if light paths can be connected to it: not to meters and batches.
+    pub fn connects(&self) -> bool {
+        !matches!(self, Camera::Meter(_) | Camera::Batch(..))
     }
 
     /// Where the camera stands.

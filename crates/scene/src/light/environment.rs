@@ -267,8 +267,8 @@ impl Environment {
             let le = uplift(SpectrumRole::Illuminant, rgb, lambda) * self.scale;
             // From before whatever stands outside.
             let ray = Ray::new(p - w * (2.0 * scene.radius), w);
-            let (n, cos) = (-portal.normal(), portal.normal().abs_dot(w));
-            return Some(EmittedRay { ray, le, n, pdf_a: 1.0 / portal.area(), pdf_w, cos });
+            let pdf_a = portal.pdf_across(w);
+            return Some(EmittedRay { ray, le, n: w, pdf_a, pdf_w, cos: 1.0 });
         }
         let (from, pdf_w, le) = self.sample(scene.center, None, v, lambda)?;
         let w = -from;
@@ -281,7 +281,7 @@ impl Environment {
 
     pub(super) fn pdf_le(&self, scene: &Scene, _: Vec3, _: Vec3, w: Vec3) -> (f32, f32) {
         if let Source::Portal(portal) = &self.source {
-            return (1.0 / portal.area(), portal.pdf_inward(w));
+            return (portal.pdf_across(w), portal.pdf_inward(w));
         }
         let found = self.escaped(scene.center, -w, &Wavelengths::rgb());
         (INV_PI / (scene.radius * scene.radius), found.pdf_li)

@@ -213,9 +213,9 @@ impl Portal {
         side.x * side.y
     }
 
-    /// Outward.
-    pub fn normal(&self) -> Vec3 {
-        self.frame.n
+    /// Density of a point of it per area across the direction `w`.
+    pub fn pdf_across(&self, w: Vec3) -> f32 {
+        1.0 / (self.area() * self.frame.n.abs_dot(w)).max(f32::MIN_POSITIVE)
     }
 
     /// ∫ L cos θ dω over the directions outward, RGB, by the midpoint rule.
