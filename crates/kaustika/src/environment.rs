@@ -63,9 +63,16 @@ impl Environment {
                 LightKind::Image { bitmap, space, layout, scale, illuminance }
             }
         };
-        let around =
-            |l: &LightDesc| matches!(l.kind, LightKind::Constant { .. } | LightKind::Image { .. });
-        description.lights.retain(|l| !around(l));
+        description.lights.retain(|l| {
+            !matches!(
+                l.kind,
+                LightKind::Constant { .. }
+                    | LightKind::Image { .. }
+                    | LightKind::Portal { .. }
+                    | LightKind::Sky { .. }
+                    | LightKind::Sun { .. }
+            )
+        });
         description.lights.push(LightDesc {
             name: "environment".into(),
             kind,

@@ -94,6 +94,7 @@ pub fn of_scene(d: &SceneDescription) -> String {
     for light in &d.lights {
         match &light.kind {
             LightKind::Image { bitmap, scale, .. }
+            | LightKind::Portal { bitmap, scale, .. }
             | LightKind::Projection { bitmap, scale, .. } => {
                 scene.bitmap(bitmap);
                 scene.print.floats([*scale]);

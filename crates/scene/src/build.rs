@@ -116,7 +116,7 @@ impl Scene {
             },
         );
         let materials = Materials::new(description, &textures);
-        let camera = Camera::new(camera_desc, resolution);
+        let camera = Camera::new(camera_desc, resolution, &description.shapes, &geometry)?;
 
         let bounds = geometry.bounds().with_point(camera.position());
         let (center, radius) = bounds.bounding_sphere();

@@ -32,5 +32,6 @@ pub use light::{
 };
 pub use material::Materials;
 pub use scene::{Scene, ShapeInfo};
+pub use shape::ShapeSample;
 pub use surface::{LightId, Surface};
 pub use texture::{TexturePoint, Textures};

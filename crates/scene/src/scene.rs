@@ -8,6 +8,7 @@ use crate::geometry::{Geometry, Hit, Primitive};
 use crate::lanes::{Lamps, Plain};
 use crate::light::{Light, LightSample, LightSelection};
 use crate::material::Materials;
+use crate::shape::ShapeSample;
 use crate::surface::{LightId, Surface};
 use crate::texture::{TexturePoint, Textures};
 use kaustika_accel::Segment;
@@ -100,6 +101,13 @@ impl Scene {
     #[inline]
     pub fn shadow_ray(&self, s: &Surface, l: &LightSample) -> Segment {
         Segment { ray: s.spawn_to(shadow_end(s.p, l)), t_max: 1.0 }
+    }
+
+    /// [`Scene::shadow_ray`] from a point chosen on a surface.
+    pub fn shadow_ray_from(&self, s: &ShapeSample, l: &LightSample) -> Segment {
+        let end = shadow_end(s.p, l);
+        let o = offset_origin(s.p, s.p_error, s.n, end - s.p);
+        Segment { ray: Ray::new(o, end - o), t_max: 1.0 }
     }
 
     /// Whether anything stands in the way of a ray.

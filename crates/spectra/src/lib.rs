@@ -24,6 +24,7 @@ mod rgb_fit;
 mod rgb_table;
 mod sensor;
 mod sigmoid;
+mod sky;
 mod spd;
 mod spectrum;
 #[cfg(test)]
@@ -46,6 +47,7 @@ pub use planck::{blackbody, wien_peak};
 pub use rgb_table::{RgbToSpectrum, eval_rgb_albedo, eval_rgb_illuminant, eval_rgb_unbounded};
 pub use sensor::{Sensor, bradford_adaptation};
 pub use sigmoid::SigmoidPolynomial;
+pub use sky::{HosekSky, hosek_sun, preetham_sun};
 pub use spd::{SpdError, SpdErrorKind, parse_spd};
 pub use spectrum::Spectrum;
 pub use tonemap::Tonemap;

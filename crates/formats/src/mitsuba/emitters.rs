@@ -4,7 +4,6 @@ use super::convert::{Converter, old};
 use super::document::{Kind, Object, ObjectId};
 use super::resources::{BitmapPlace, no_bitmap};
 use super::shapes::{along, at, mirror_x};
-use super::spectra::rgb;
 use super::textures::Role;
 use kaustika_math::Transform;
 use kaustika_scene::description::{EnvironmentLayout, LightDesc, LightKind, MediumId, SpotFalloff};
@@ -27,14 +26,11 @@ const KNOWN: &[&str] = &[
     "directionalarea",
 ];
 
-/// Radiance in place of a sky: a clear sky far from the sun, about.
-const SKY: [f32; 3] = [0.3, 0.4, 0.6];
-
 impl<'a> Converter<'a> {
     pub(super) fn emitter(&mut self, id: ObjectId) {
         let object = self.object(id);
         object.ignore(&["sampling_weight"]);
-        let made = match object.plugin.as_str() {
+        let made: Vec<(LightKind, Transform)> = match object.plugin.as_str() {
             // Stands in the scene to be referred to by shapes.
             "area" | "directionalarea" => {
                 if object.id.is_empty() {
@@ -46,27 +42,22 @@ impl<'a> Converter<'a> {
                 }
                 return;
             }
-            "point" => self.point(object),
-            "spot" => self.spot(object),
-            "directional" => self.directional(object),
+            "point" => self.point(object).into_iter().collect(),
+            "spot" => self.spot(object).into_iter().collect(),
+            "directional" => self.directional(object).into_iter().collect(),
             "constant" => {
                 let (radiance, scale) = self.light_spectrum(object, "radiance", 1.0);
                 // A constant has no place, but Mitsuba accepts a transform.
                 object.ignore(&["to_world"]);
                 let kind = LightKind::Constant { radiance, scale, illuminance: None };
-                Some((kind, Transform::IDENTITY))
+                vec![(kind, Transform::IDENTITY)]
             }
-            "envmap" => self.envmap(object),
-            "projector" => self.projector(object),
-            "sunsky" | "sun" | "sky" | "timed_sunsky" => {
-                let scale = self.number(object, "scale", 1.0);
-                self.replaced(object, "a constant grey-blue sky is used");
-                let kind = LightKind::Constant { radiance: rgb(SKY), scale, illuminance: None };
-                Some((kind, Transform::IDENTITY))
-            }
-            "collimated" => {
+            "envmap" => self.envmap(object).into_iter().collect(),
+            "projector" => self.projector(object).into_iter().collect(),
+            "sunsky" | "sun" | "sky" => self.daylight(object),
+            "timed_sunsky" | "collimated" => {
                 self.replaced(object, "left out");
-                None
+                Vec::new()
             }
             _ => {
                 self.unknown_plugin(object, KNOWN);
@@ -74,7 +65,7 @@ impl<'a> Converter<'a> {
             }
         };
         let medium = self.medium_around(object);
-        if let Some((kind, transform)) = made {
+        for (kind, transform) in made {
             let (name, span) = (object.id.clone(), Some(object.span));
             self.out.lights.push(LightDesc { name, kind, transform, medium, span });
         }

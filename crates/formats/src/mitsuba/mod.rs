@@ -19,12 +19,14 @@
 
 mod bsdfs;
 mod convert;
+mod daylight;
 mod document;
 mod emitters;
 mod find;
 mod integrators;
 mod ior;
 mod matrix;
+mod meters;
 mod nested;
 mod parse;
 mod properties;
@@ -33,6 +35,7 @@ mod sensors;
 mod shapes;
 mod spectra;
 mod steps;
+mod sun_position;
 mod textures;
 mod upgrade;
 mod values;

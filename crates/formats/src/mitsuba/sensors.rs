@@ -6,9 +6,20 @@ use super::shapes::mirror_x;
 use kaustika_math::Transform;
 use kaustika_scene::description::{CameraDesc, CameraKind, FilmDesc, FilterChoice, FovAxis};
 
-/// Sensors that are cameras here.
-const KNOWN: &[&str] =
-    &["perspective", "thinlens", "orthographic", "telecentric", "perspective_rdist", "spherical"];
+/// Cameras and meters.
+const KNOWN: &[&str] = &[
+    "perspective",
+    "thinlens",
+    "orthographic",
+    "telecentric",
+    "perspective_rdist",
+    "spherical",
+    "radiancemeter",
+    "irradiancemeter",
+    "fluxmeter",
+    "distant",
+    "batch",
+];
 
 /// Films that Mitsuba knows.
 const FILMS: &[&str] = &["hdrfilm", "specfilm", "ldrfilm", "tiledhdrfilm", "mfilm"];
@@ -36,34 +47,28 @@ const FILE_SETTINGS: &[&str] = &[
 ];
 
 impl<'a> Converter<'a> {
+    /// A sensor that stands in the scene.
     pub(super) fn sensor(&mut self, id: ObjectId) {
-        let object = self.object(id);
-        if object.plugin == "batch" {
-            for (_, child) in self.children(object, Kind::Sensor) {
-                self.sensor(child);
-            }
-            self.replaced(object, "its sensors become single cameras");
-            return;
+        if let Some(camera) = self.camera(id, None) {
+            self.out.cameras.push(camera);
         }
-        let Some((kind, transform)) = self.optics(object) else { return };
+    }
+
+    /// A sensor, perhaps one on a shape.
+    pub(super) fn camera(&mut self, id: ObjectId, shape: Option<usize>) -> Option<CameraDesc> {
+        let object = self.object(id);
+        let (kind, transform) = match self.meter(object, shape) {
+            Some(meter) => meter?,
+            None => self.optics(object)?,
+        };
         let shutter = ["shutter_open", "shutter_close"].map(|n| self.number(object, n, 0.0));
         let film = self.film(object);
         let (sampler, spp, seed) = self.sampler(object);
         let medium = self.medium_around(object);
         object.ignore(&["srf"]);
         self.finish(id);
-        self.out.cameras.push(CameraDesc {
-            name: object.id.clone(),
-            kind,
-            transform,
-            shutter,
-            medium,
-            film,
-            sampler,
-            spp,
-            seed,
-            span: Some(object.span),
-        });
+        let (name, span) = (object.id.clone(), Some(object.span));
+        Some(CameraDesc { name, kind, transform, shutter, medium, film, sampler, spp, seed, span })
     }
 
     fn optics(&mut self, object: &'a Object) -> Option<(CameraKind, Transform)> {
@@ -82,7 +87,7 @@ impl<'a> Converter<'a> {
                 let transform = self.transform(object, "to_world") * turn;
                 return Some((CameraKind::Spherical { equal_area: false }, transform));
             }
-            "irradiancemeter" | "radiancemeter" | "fluencemeter" | "distant" => {
+            "fluencemeter" => {
                 self.replaced(object, "left out");
                 return None;
             }

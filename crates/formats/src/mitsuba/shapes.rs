@@ -138,9 +138,17 @@ impl<'a> Converter<'a> {
                 .warning(p.span, "subsurface scattering is not supported")
                 .label("left out");
         }
-        if let Some((p, _)) = self.child(object, Kind::Sensor) {
-            let message = "sensors on shapes are not supported";
-            self.out.diagnostics.warning(p.span, message).label("left out");
+        if let Some((p, sensor)) = self.child(object, Kind::Sensor) {
+            match group {
+                None => {
+                    let camera = self.camera(sensor, Some(at));
+                    self.out.cameras.extend(camera);
+                }
+                Some(_) => {
+                    let message = "a sensor can't stand on a shape of a group";
+                    self.out.diagnostics.error(p.span, message);
+                }
+            }
         }
         object.ignore(&["silhouette_sampling_weight", "silhouette_offset"]);
         if let Some((request, span)) = form.mesh {

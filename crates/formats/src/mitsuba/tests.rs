@@ -1,10 +1,12 @@
 //! Tests of the reader on small scenes.
 
 mod cameras;
+mod daylight;
 mod faults;
 mod language;
 mod lights;
 mod materials;
+mod meters;
 mod on_disk;
 mod shapes;
 

@@ -7,7 +7,7 @@
 use super::build::Builder;
 use super::entity::{Entity, LightEntity};
 use super::images;
-use super::param::Text;
+use super::param::{ParamType, Text};
 use super::spectrum::unit_luminance;
 use kaustika_math::{Frame, Transform, Vec3};
 use kaustika_scene::description::{Bitmap, EnvironmentLayout, LightDesc, LightKind, SpotFalloff};
@@ -137,12 +137,7 @@ impl Builder {
     }
 
     fn infinite(&mut self, e: &mut Entity) -> Option<(LightKind, Transform)> {
-        if e.params.has("portal") {
-            let place = e.params.place("portal");
-            let message = "portals are not supported, the light is sampled without it";
-            self.desc.diagnostics.warning(place, message);
-            e.params.own.iter_mut().filter(|p| p.name == "portal").for_each(|p| p.used = true);
-        }
+        let portal = self.portal(e);
         let diag = &mut self.desc.diagnostics;
         let old = e.params.string(diag, "mapname");
         let new = e.params.string(diag, "filename");
@@ -154,7 +149,13 @@ impl Builder {
                 self.desc.diagnostics.error(e.params.place("L"), message);
                 return None;
             }
-            return self.environment(e, &name, lat_long, illuminance);
+            let (kind, local) = self.environment(e, &name, lat_long, illuminance)?;
+            return Some((through(kind, portal), local));
+        }
+        if portal.is_some() {
+            let message = "a portal without an image is not supported";
+            let place = e.params.place("portal");
+            self.desc.diagnostics.warning(place, message).label("the light comes from everywhere");
         }
         if e.params.has("filename") || e.params.has("mapname") {
             return None;
@@ -165,6 +166,26 @@ impl Builder {
         }
         let kind = LightKind::Constant { radiance, scale, illuminance: None };
         Some((kind, Transform::IDENTITY))
+    }
+
+    /// The corners of a window that light comes through: in world space, whatever the current one.
+    fn portal(&mut self, e: &mut Entity) -> Option<[Vec3; 4]> {
+        let place = e.params.has("portal").then(|| e.params.place("portal"))?;
+        let diag = &mut self.desc.diagnostics;
+        let points = e.params.triples(diag, "portal", ParamType::Point3)?;
+        let Ok(corners @ [a, b, c, d]) = <[Vec3; 4]>::try_from(points.as_slice()) else {
+            let message = format!("a portal has four corners, found {}", points.len());
+            diag.error(place, message);
+            return None;
+        };
+        let (u, v) = (b - a, d - a);
+        let size = u.length().max(v.length());
+        let square = u.dot(v).abs() <= 1e-3 * u.length() * v.length();
+        if !square || (a + u + v - c).length() > 1e-3 * size || u.cross(v).length() <= 0.0 {
+            diag.error(place, "the corners of a portal must be those of a rectangle, in order");
+            return None;
+        }
+        Some(corners)
     }
 
     fn environment(
@@ -325,6 +346,16 @@ fn octahedral_cos(u: f32, v: f32) -> f32 {
     let signed_distance = 1.0 - ((2.0 * u - 1.0).abs() + (2.0 * v - 1.0).abs());
     let r = 1.0 - signed_distance.abs();
     (1.0 - r * r).copysign(signed_distance)
+}
+
+/// The light, coming in through a portal if there is one.
+fn through(kind: LightKind, portal: Option<[Vec3; 4]>) -> LightKind {
+    match (kind, portal) {
+        (LightKind::Image { bitmap, space, layout, scale, .. }, Some(corners)) => {
+            LightKind::Portal { bitmap, space, layout, scale, corners }
+        }
+        (kind, _) => kind,
+    }
 }
 
 #[cfg(test)]

@@ -6,13 +6,18 @@
 //! pixel's value is the mean radiance over its area (and filter, and lens): the cos⁴ of a real
 //! film is left out, as in pbrt and Mitsuba.
 
+mod meter;
 mod projective;
 mod spherical;
 
+pub use meter::Meter;
 pub use projective::Projective;
 pub use spherical::Spherical;
 
-use crate::description::{CameraDesc, CameraKind};
+use crate::description::{CameraDesc, CameraKind, ShapeDesc};
+use crate::error::BuildError;
+use crate::geometry::Geometry;
+use crate::shape::ShapeSample;
 use kaustika_math::lanes::{Lanes, Vec3s};
 use kaustika_math::{Ray, Vec2, Vec3};
 
@@ -27,6 +32,11 @@ pub struct CameraRay {
     pub spread: f32,
     /// Width of a pixel's footprint at the origin, world units.
     pub width: f32,
+    /// What the radiance found along it is multiplied by: 1 for a camera.
+    pub weight: f32,
+    /// The point of a surface that receives it, if directions are drawn by the cosine there: lights
+    /// may be sampled from it, as from a matte surface.
+    pub receiver: Option<ShapeSample>,
 }
 
 /// Sixteen [`CameraRay`]s.
@@ -85,17 +95,52 @@ pub enum Camera {
     Projective(Projective),
     /// All directions.
     Spherical(Spherical),
+    /// Not a camera: radiance, irradiance, flux.
+    Meter(Meter),
+    /// Several side by side, each with so many columns of the film.
+    Batch(Vec<Camera>, f32),
 }
 
 impl Camera {
-    /// From a description, at a resolution (which may differ from the file's).
-    pub fn new(desc: &CameraDesc, resolution: [u32; 2]) -> Camera {
-        match &desc.kind {
+    /// From a description, at a resolution (which may differ from the file's), in a scene.
+    ///
+    /// # Errors
+    /// If it measures at a shape that is not there or has no area.
+    pub fn new(
+        desc: &CameraDesc,
+        resolution: [u32; 2],
+        shapes: &[ShapeDesc],
+        geometry: &Geometry,
+    ) -> Result<Camera, BuildError> {
+        let meter = |meter: Option<Meter>| {
+            let message = "what this sensor measures at has no area";
+            meter.map(Camera::Meter).ok_or_else(|| BuildError::new(desc.span, message))
+        };
+        Ok(match &desc.kind {
             CameraKind::Spherical { equal_area } => {
                 Camera::Spherical(Spherical::new(desc, *equal_area, resolution))
             }
+            CameraKind::Radiance => Camera::Meter(Meter::radiance(&desc.transform, resolution)),
+            CameraKind::Irradiance { shape, flux } => {
+                let at = shapes.get(*shape).map(|s| (*shape as u32, s));
+                let made = at.and_then(|at| Meter::irradiance(at, *flux, geometry, resolution));
+                return meter(made);
+            }
+            CameraKind::Distant { target } => {
+                return meter(Meter::distant(&desc.transform, target, geometry, resolution));
+            }
+            CameraKind::Batch { cameras } => {
+                let columns = resolution[0] / cameras.len().max(1) as u32;
+                let part = [columns.max(1), resolution[1]];
+                let one = |c: &CameraDesc| Camera::new(c, part, shapes, geometry);
+                let made = cameras.iter().map(one).collect::<Result<Vec<_>, _>>()?;
+                if made.is_empty() {
+                    return Err(BuildError::new(desc.span, "a batch without sensors"));
+                }
+                Camera::Batch(made, part[0] as f32)
+            }
             _ => Camera::Projective(Projective::new(desc, resolution)),
-        }
+        })
     }
 
     /// The ray through a film position and a lens sample.
@@ -104,6 +149,12 @@ impl Camera {
         match self {
             Camera::Projective(c) => c.sample_we(film, lens, time),
             Camera::Spherical(c) => c.sample_we(film, time),
+            Camera::Meter(c) => c.sample_we(film, lens, time),
+            Camera::Batch(cameras, columns) => {
+                let i = ((film.x / columns).max(0.0) as usize).min(cameras.len() - 1);
+                let film = Vec2::new(film.x - columns * i as f32, film.y);
+                cameras[i].sample_we(film, lens, time)
+            }
         }
     }
 
@@ -113,24 +164,27 @@ impl Camera {
     pub fn sample_we_lanes(&self, film: [Lanes; 2], lens: [Lanes; 2]) -> Option<CameraRays> {
         match self {
             Camera::Projective(c) => c.sample_we_lanes(film, lens),
-            Camera::Spherical(_) => None,
+            _ => None,
         }
     }
 
-    /// Connects the scene point `p` to the lens; `None` if it is not in the picture.
+    /// Connects the scene point `p` to the lens; `None` if it is not in the picture, and for meters
+    /// and batches, which nothing is connected to.
     pub fn sample_wi(&self, p: Vec3, lens: Vec2) -> Option<CameraConnection> {
         match self {
             Camera::Projective(c) => c.sample_wi(p, lens),
             Camera::Spherical(c) => c.sample_wi(p),
+            Camera::Meter(_) | Camera::Batch(..) => None,
         }
     }
 
     /// Densities of [`Camera::sample_we`] choosing the ray, over the whole film: (per area of
-    /// the lens, per solid angle); (0, 0) outside the picture.
+    /// the lens, per solid angle); (0, 0) outside the picture, and of meters and batches.
     pub fn pdf_we(&self, ray: &Ray) -> (f32, f32) {
         match self {
             Camera::Projective(c) => c.pdf_we(ray),
             Camera::Spherical(c) => c.pdf_we(ray),
+            Camera::Meter(_) | Camera::Batch(..) => (0.0, 0.0),
         }
     }
 
@@ -138,7 +192,7 @@ impl Camera {
     pub fn meet_lens(&self, ray: &Ray) -> Option<LensHit> {
         match self {
             Camera::Projective(c) => c.meet_lens(ray),
-            Camera::Spherical(_) => None,
+            _ => None,
         }
     }
 
@@ -146,7 +200,7 @@ impl Camera {
     pub fn lens_point(&self, ray: &Ray) -> Vec3 {
         match self {
             Camera::Projective(c) => c.lens_point(ray),
-            Camera::Spherical(c) => c.position(),
+            _ => self.position(),
         }
     }
 
@@ -154,7 +208,7 @@ impl Camera {
     pub fn parallel(&self) -> Option<Vec3> {
         match self {
             Camera::Projective(c) => c.parallel(),
-            Camera::Spherical(_) => None,
+            _ => None,
         }
     }
 
@@ -162,8 +216,13 @@ impl Camera {
     pub fn aperture(&self) -> Option<Vec3> {
         match self {
             Camera::Projective(c) => c.aperture(),
-            Camera::Spherical(_) => None,
+            _ => None,
         }
+    }
+
+    /// True if light paths can be connected to it: not to meters and batches.
+    pub fn connects(&self) -> bool {
+        !matches!(self, Camera::Meter(_) | Camera::Batch(..))
     }
 
     /// Where the camera stands.
@@ -171,6 +230,8 @@ impl Camera {
         match self {
             Camera::Projective(c) => c.position(),
             Camera::Spherical(c) => c.position(),
+            Camera::Meter(c) => c.position(),
+            Camera::Batch(cameras, _) => cameras.first().map_or(Vec3::ZERO, Camera::position),
         }
     }
 }

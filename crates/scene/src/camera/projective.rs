@@ -80,9 +80,7 @@ impl Projective {
                     let window = screen_window.unwrap_or([-x, x, -y, y]);
                     (window, [0.0; 2], *lens_radius, *focus_distance, *near_clip, *far_clip, false)
                 }
-                CameraKind::Spherical { .. } => {
-                    ([-1.0, 1.0, -1.0, 1.0], [0.0; 2], 0.0, 1.0, 0.0, f32::INFINITY, true)
-                }
+                _ => ([-1.0, 1.0, -1.0, 1.0], [0.0; 2], 0.0, 1.0, 0.0, f32::INFINITY, true),
             };
         let size = [window[1] - window[0], window[3] - window[2]];
         for (axis, s) in shift.iter().enumerate() {
@@ -130,6 +128,8 @@ impl Projective {
             t_max: (self.far - self.near) * per_z,
             spread: if self.perspective { pixel } else { 0.0 },
             width: if self.perspective { 0.0 } else { pixel * self.scale },
+            weight: 1.0,
+            receiver: None,
         }
     }
 

@@ -37,6 +37,8 @@ impl Spherical {
             t_max: f32::INFINITY,
             spread: PI / self.resolution[1],
             width: 0.0,
+            weight: 1.0,
+            receiver: None,
         }
     }
 

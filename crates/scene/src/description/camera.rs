@@ -1,7 +1,7 @@
 //! Cameras, film, sampler and method as files ask for them.
 
 use super::{MediumId, Span};
-use kaustika_math::Transform;
+use kaustika_math::{Transform, Vec3};
 
 /// A camera and its film. Camera space: +x right in the picture, +y up, +z forward.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,6 +70,36 @@ pub enum CameraKind {
         /// True: equal-area octahedral; false: latitude-longitude.
         equal_area: bool,
     },
+    /// Radiance along +z.
+    Radiance,
+    /// Irradiance on the front of a shape, W/m².
+    Irradiance {
+        /// Number of the shape in the description.
+        shape: usize,
+        /// True: times the shape's area, the flux that it receives, W.
+        flux: bool,
+    },
+    /// Radiance arriving along +z from beyond the scene, averaged over what it is aimed at.
+    Distant {
+        /// What it is aimed at.
+        target: MeterTarget,
+    },
+    /// Sensors side by side, each with the same number of columns of the film.
+    Batch {
+        /// From left to right; their films count for nothing.
+        cameras: Vec<CameraDesc>,
+    },
+}
+
+/// What a distant sensor is aimed at.
+#[derive(Clone, Debug, PartialEq)]
+pub enum MeterTarget {
+    /// The disc across its direction that holds the scene.
+    Scene,
+    /// A point of the world.
+    Point(Vec3),
+    /// The square [-1,1]² in the plane z = 0 of a space, which need not be there to be seen.
+    Rectangle(Transform),
 }
 
 /// What a field of view spans.

@@ -1,7 +1,7 @@
 //! Lights that are not surfaces.
 
 use super::{Bitmap, MediumId, Span, TextureId};
-use kaustika_math::Transform;
+use kaustika_math::{Transform, Vec3};
 use kaustika_spectra::{ColorSpace, SpectrumDesc};
 use std::sync::Arc;
 
@@ -80,6 +80,36 @@ pub enum LightKind {
         /// Illuminance of a surface under the upper hemisphere instead of `scale`.
         illuminance: Option<f32>,
     },
+    /// Radiance from an image that comes in through a rectangle only (pbrt's portal).
+    Portal {
+        /// RGB radiance.
+        bitmap: Arc<Bitmap>,
+        /// Colour space of the image.
+        space: ColorSpace,
+        /// How directions map to it, in light space.
+        layout: EnvironmentLayout,
+        /// Multiplies it.
+        scale: f32,
+        /// Around the rectangle, in world space. Outside is where the cross product of the sides
+        /// from the first corner to the fourth and to the second points.
+        corners: [Vec3; 4],
+    },
+    /// A clear sky around the scene, +z straight up; the sun itself is another light.
+    Sky {
+        /// The atmosphere and where the sun stands.
+        sky: SkyDesc,
+        /// Multiplies its radiance.
+        scale: f32,
+    },
+    /// A disc at infinity, of the same radiance all over, around +z of its space.
+    Sun {
+        /// Radiance, W/(m² sr).
+        radiance: SpectrumDesc,
+        /// Multiplies it.
+        scale: f32,
+        /// Angular radius, degrees in (0, 180].
+        radius: f32,
+    },
     /// An image projected from the origin along +z (pbrt's and Mitsuba's projector).
     Projection {
         /// RGB intensity.
@@ -105,6 +135,22 @@ pub enum LightKind {
         /// Total power instead of `scale`, W.
         power: Option<f32>,
     },
+}
+
+/// A clear sky after Hosek and Wilkie (2012).
+#[derive(Clone, Debug, PartialEq)]
+pub struct SkyDesc {
+    /// Turbidity of the atmosphere, in [1, 10].
+    pub turbidity: f32,
+    /// Reflectance of the ground.
+    pub albedo: SpectrumDesc,
+    /// Direction to the sun in light space, above the horizon.
+    pub sun: Vec3,
+    /// Polar angles are divided by it, so that the sky reaches below the horizon: in [1, 2];
+    /// 1 for a sky as it is.
+    pub stretch: f32,
+    /// Whether the horizon's radiance goes on below it, fading out toward -z.
+    pub extend: bool,
 }
 
 /// Falloff of a spot light between beam width and cutoff.

@@ -14,8 +14,10 @@ mod source;
 mod texture;
 
 pub use bitmap::{Bitmap, Encoding, Texels};
-pub use camera::{CameraDesc, CameraKind, FilmDesc, FilterChoice, FovAxis, IntegratorDesc};
-pub use light::{EnvironmentLayout, LightDesc, LightKind, SpotFalloff};
+pub use camera::{
+    CameraDesc, CameraKind, FilmDesc, FilterChoice, FovAxis, IntegratorDesc, MeterTarget,
+};
+pub use light::{EnvironmentLayout, LightDesc, LightKind, SkyDesc, SpotFalloff};
 pub use material::{
     CoatDesc, ConductorColor, Distribution, IorDesc, MaterialDesc, MaterialId, MaterialModel,
     PrincipledDesc, RoughnessDesc, WardVariant,

@@ -57,6 +57,21 @@ impl Light {
                 }
                 Light::Environment(light)
             }
+            LightKind::Portal { bitmap, space, layout, scale, corners } => {
+                let image = ImageMap::new(bitmap, *space);
+                let light = Environment::portal(&image, *layout, *scale, to_world, *corners);
+                let dark = || Environment::constant(CompiledSpectrum::constant(0.0, mode), 0.0);
+                Light::Environment(light.unwrap_or_else(dark))
+            }
+            LightKind::Sky { sky, scale } => {
+                Light::Environment(Environment::clear_sky(sky, *scale, to_world, mode))
+            }
+            LightKind::Sun { radiance, scale, radius } => {
+                let center = to_world.vector(Vec3::Z).normalize();
+                let radiance = illuminant(radiance, mode);
+                let radius = radius.to_radians();
+                Light::Environment(Environment::sun(center, radius, radiance, *scale))
+            }
             LightKind::Projection { bitmap, space, fov_x, scale, power } => {
                 let image = ImageMap::new(bitmap, *space);
                 let tan_x = (0.5 * fov_x.to_radians()).tan();

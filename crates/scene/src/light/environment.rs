@@ -1,13 +1,16 @@
-//! Light from everywhere: constant, or an image around the scene.
+//! Light from everywhere: constant, an image around the scene, a clear sky; and the sun.
 
+use super::daylight::Daylight;
+use super::portal::Portal;
 use super::sky::Sky;
+use super::sun::Sun;
 use super::{EmittedRay, Escaped, LightSample};
 use crate::Scene;
-use crate::description::EnvironmentLayout;
+use crate::description::{EnvironmentLayout, SkyDesc};
 use crate::texture::{ImageMap, uplift};
 use kaustika_math::{INV_PI, Ray, Transform, Vec2, Vec3, warp};
 use kaustika_sampling::distribution::TiledSample;
-use kaustika_spectra::{CompiledSpectrum, Spectrum, SpectrumRole, Wavelengths};
+use kaustika_spectra::{ColorMode, CompiledSpectrum, Spectrum, SpectrumRole, Wavelengths};
 use std::f32::consts::PI;
 
 /// Light that surrounds the scene.
@@ -21,6 +24,9 @@ pub struct Environment {
 enum Source {
     Constant(CompiledSpectrum),
     Image(Box<Sky>),
+    Daylight(Box<Daylight>),
+    Sun(Sun),
+    Portal(Box<Portal>),
 }
 
 /// Regions of a constant environment along cos θ and φ, of the same solid angle.
@@ -57,6 +63,35 @@ impl Environment {
         Environment { scale, source: Source::Image(Box::new(Sky::new(image, layout, to_world))) }
     }
 
+    /// A clear sky; only the rotation of `to_world` matters.
+    pub fn clear_sky(
+        desc: &SkyDesc,
+        scale: f32,
+        to_world: Transform,
+        mode: ColorMode,
+    ) -> Environment {
+        let daylight = Daylight::new(desc, to_world, mode);
+        Environment { scale, source: Source::Daylight(Box::new(daylight)) }
+    }
+
+    /// A disc about the unit direction `center`, of angular radius `radius`, radians.
+    pub fn sun(center: Vec3, radius: f32, radiance: CompiledSpectrum, scale: f32) -> Environment {
+        Environment { scale, source: Source::Sun(Sun::new(center, radius, radiance)) }
+    }
+
+    /// Radiance from an image that comes in through a rectangle only, by its corners in world space
+    /// (see [`Portal::new`]); `None` if they span no area.
+    pub fn portal(
+        image: &ImageMap,
+        layout: EnvironmentLayout,
+        scale: f32,
+        to_world: Transform,
+        corners: [Vec3; 4],
+    ) -> Option<Environment> {
+        let portal = Portal::new(Sky::new(image, layout, to_world), corners)?;
+        Some(Environment { scale, source: Source::Portal(Box::new(portal)) })
+    }
+
     /// Multiplies all radiance.
     pub fn rescale(&mut self, k: f32) {
         self.scale *= k;
@@ -77,9 +112,9 @@ impl Environment {
         self.scale * PI * sum / (N * N) as f32
     }
 
-    /// What a ray of direction `wi` that met nothing finds.
+    /// What a ray from `from` along `wi` that met nothing finds.
     #[inline]
-    pub fn escaped(&self, wi: Vec3, lambda: &Wavelengths) -> Escaped {
+    pub fn escaped(&self, from: Vec3, wi: Vec3, lambda: &Wavelengths) -> Escaped {
         let (le, pdf_li, region) = match &self.source {
             Source::Constant(l) => {
                 (l.eval(lambda), warp::UNIFORM_SPHERE_PDF_W, region_of_sphere(wi))
@@ -88,6 +123,18 @@ impl Environment {
                 let (rgb, pdf_w, region) = sky.escaped(wi);
                 (uplift(SpectrumRole::Illuminant, rgb, lambda), pdf_w, region)
             }
+            Source::Daylight(d) => {
+                let (_, pdf_w, region) = d.density.escaped(wi);
+                (d.radiance(wi, lambda), pdf_w, region)
+            }
+            Source::Sun(sun) => match sun.pdf_w(wi) {
+                Some(pdf_w) => (sun.radiance.eval(lambda), pdf_w, 0),
+                None => (Spectrum::ZERO, 0.0, 0),
+            },
+            Source::Portal(portal) => match portal.escaped(from, wi) {
+                Some((rgb, pdf_w)) => (uplift(SpectrumRole::Illuminant, rgb, lambda), pdf_w, 0),
+                None => (Spectrum::ZERO, 0.0, 0),
+            },
         };
         Escaped { le: le * self.scale, pdf_li, region }
     }
@@ -98,6 +145,8 @@ impl Environment {
         match &self.source {
             Source::Constant(_) => [REGIONS[1] as u32, REGIONS[0] as u32],
             Source::Image(sky) => sky.regions().map(|n| n as u32),
+            Source::Daylight(d) => d.density.regions().map(|n| n as u32),
+            Source::Sun(_) | Source::Portal(_) => [1, 1],
         }
     }
 
@@ -107,13 +156,16 @@ impl Environment {
         match &self.source {
             Source::Constant(_) => 1.0 / (REGIONS[0] * REGIONS[1]),
             Source::Image(sky) => sky.region_pmf(region),
+            Source::Daylight(d) => d.density.region_pmf(region),
+            Source::Sun(_) | Source::Portal(_) => 1.0,
         }
     }
 
-    /// A direction, of one region if that is given, its density (within the region) and the
-    /// radiance from there.
+    /// A direction from a point, of one region if that is given, its density (within the region)
+    /// and the radiance from there.
     fn sample(
         &self,
+        from: Vec3,
         region: Option<u32>,
         u: Vec2,
         lambda: &Wavelengths,
@@ -132,6 +184,18 @@ impl Environment {
                 let (wi, pdf_w, rgb) = sky.sample(region, u)?;
                 (wi, pdf_w, uplift(SpectrumRole::Illuminant, rgb, lambda))
             }
+            Source::Daylight(d) => {
+                let (wi, pdf_w, _) = d.density.sample(region, u)?;
+                (wi, pdf_w, d.radiance(wi, lambda))
+            }
+            Source::Sun(sun) => {
+                let (wi, pdf_w) = sun.sample(u);
+                (wi, pdf_w, sun.radiance.eval(lambda))
+            }
+            Source::Portal(portal) => {
+                let (wi, pdf_w, rgb) = portal.sample(from, u)?;
+                (wi, pdf_w, uplift(SpectrumRole::Illuminant, rgb, lambda))
+            }
         };
         Some((wi, pdf_w, le * self.scale))
     }
@@ -144,16 +208,17 @@ impl Environment {
         u: Vec2,
         lambda: &Wavelengths,
     ) -> Option<LightSample> {
-        let (wi, pdf_w, le) = self.sample(region, u, lambda)?;
+        let (wi, pdf_w, le) = self.sample(from, region, u, lambda)?;
         Some(self.seen(scene, from, wi, pdf_w, le))
     }
 
-    /// The image around the scene, for samples that are drawn step by step.
+    /// The image that directions are chosen by, for samples that are drawn step by step.
     #[inline]
     pub(super) fn sky(&self) -> Option<&Sky> {
         match &self.source {
-            Source::Constant(_) => None,
+            Source::Constant(_) | Source::Sun(_) | Source::Portal(_) => None,
             Source::Image(sky) => Some(sky),
+            Source::Daylight(d) => Some(&d.density),
         }
     }
 
@@ -166,10 +231,12 @@ impl Environment {
         cell: &TiledSample,
         lambda: &Wavelengths,
     ) -> Option<LightSample> {
-        let Source::Image(sky) = &self.source else { return None };
-        let (wi, pdf_w, rgb) = sky.sample_cell(cell)?;
-        let le = uplift(SpectrumRole::Illuminant, rgb, lambda) * self.scale;
-        Some(self.seen(scene, from, wi, pdf_w, le))
+        let (wi, pdf_w, rgb) = self.sky()?.sample_cell(cell)?;
+        let le = match &self.source {
+            Source::Daylight(d) => d.radiance(wi, lambda),
+            _ => uplift(SpectrumRole::Illuminant, rgb, lambda),
+        };
+        Some(self.seen(scene, from, wi, pdf_w, le * self.scale))
     }
 
     /// The sample of a direction as a point sees it.
@@ -195,7 +262,15 @@ impl Environment {
         v: Vec2,
         lambda: &Wavelengths,
     ) -> Option<EmittedRay> {
-        let (from, pdf_w, le) = self.sample(None, v, lambda)?;
+        if let Source::Portal(portal) = &self.source {
+            let (p, w, pdf_w, rgb) = portal.sample_inward(u, v)?;
+            let le = uplift(SpectrumRole::Illuminant, rgb, lambda) * self.scale;
+            // From before whatever stands outside.
+            let ray = Ray::new(p - w * (2.0 * scene.radius), w);
+            let pdf_a = portal.pdf_across(w);
+            return Some(EmittedRay { ray, le, n: w, pdf_a, pdf_w, cos: 1.0 });
+        }
+        let (from, pdf_w, le) = self.sample(scene.center, None, v, lambda)?;
         let w = -from;
         let (s, t) = w.coordinate_system();
         let d = warp::disk(u) * scene.radius;
@@ -205,7 +280,11 @@ impl Environment {
     }
 
     pub(super) fn pdf_le(&self, scene: &Scene, _: Vec3, _: Vec3, w: Vec3) -> (f32, f32) {
-        (INV_PI / (scene.radius * scene.radius), self.escaped(-w, &Wavelengths::rgb()).pdf_li)
+        if let Source::Portal(portal) = &self.source {
+            return (portal.pdf_across(w), portal.pdf_inward(w));
+        }
+        let found = self.escaped(scene.center, -w, &Wavelengths::rgb());
+        (INV_PI / (scene.radius * scene.radius), found.pdf_li)
     }
 
     pub(super) fn power(&self, scene: &Scene, lambda: &Wavelengths) -> Spectrum {
@@ -215,6 +294,14 @@ impl Environment {
             Source::Image(sky) => {
                 let mean = uplift(SpectrumRole::Illuminant, sky.mean(), lambda);
                 mean * (4.0 * PI * disk * self.scale)
+            }
+            Source::Daylight(d) => d.mean(lambda) * (4.0 * PI * disk * self.scale),
+            Source::Portal(portal) => {
+                let e = uplift(SpectrumRole::Illuminant, portal.irradiance(), lambda);
+                e * (portal.area() * self.scale)
+            }
+            Source::Sun(sun) => {
+                sun.radiance.eval(lambda) * (sun.share() * 4.0 * PI * disk * self.scale)
             }
         }
     }
@@ -247,11 +334,11 @@ mod tests {
             for i in 0..n * n {
                 let u = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
                 let d = warp::uniform_sphere(u);
-                let escaped = light.escaped(d, &lambda);
+                let escaped = light.escaped(Vec3::ZERO, d, &lambda);
                 integral += (escaped.pdf_li * 4.0 * PI) as f64;
                 direct += (escaped.le.0[0] * 4.0 * PI) as f64;
-                if let Some((d, pdf, le)) = light.sample(None, u, &lambda) {
-                    let Escaped { le: found, pdf_li, .. } = light.escaped(d, &lambda);
+                if let Some((d, pdf, le)) = light.sample(Vec3::ZERO, None, u, &lambda) {
+                    let Escaped { le: found, pdf_li, .. } = light.escaped(Vec3::ZERO, d, &lambda);
                     assert!((pdf_li / pdf - 1.0).abs() < 2e-2 || pdf < 1e-3, "{u:?}");
                     assert!((le.0[0] / found.0[0] - 1.0).abs() < 1e-3, "{u:?} {le:?} {found:?}");
                     sampled += (le.0[0] / pdf) as f64;

@@ -11,13 +11,16 @@ mod bounds;
 mod build;
 mod bvh;
 mod cone;
+mod daylight;
 mod environment;
 mod learned;
 mod pack;
 mod pair;
 mod point;
+mod portal;
 mod selection;
 mod sky;
+mod sun;
 mod texels;
 
 pub use area::{AreaLight, AreaShape};
@@ -191,11 +194,11 @@ impl Light {
         }
     }
 
-    /// What a ray with direction `wi` that left the scene finds of this light.
+    /// What a ray from `from` along `wi` that left the scene finds of this light.
     #[inline]
-    pub fn escaped(&self, wi: Vec3, lambda: &Wavelengths) -> Escaped {
+    pub fn escaped(&self, from: Vec3, wi: Vec3, lambda: &Wavelengths) -> Escaped {
         match self {
-            Light::Environment(l) => l.escaped(wi, lambda),
+            Light::Environment(l) => l.escaped(from, wi, lambda),
             _ => Escaped { le: Spectrum::ZERO, pdf_li: 0.0, region: 0 },
         }
     }

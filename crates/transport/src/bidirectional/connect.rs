@@ -184,7 +184,7 @@ impl<'a> Bidirectional<'a> {
         }
         if let Some(escape) = escape {
             for &id in &scene.environments {
-                let le = scene.light(id).escaped(escape.d, &escape.lambda).le;
+                let le = scene.light(id).escaped(escape.o, escape.d, &escape.lambda).le;
                 let found = (id, Vec3::ZERO, Vec3::ZERO, -escape.d);
                 let w = self.found(eye, &camera_end, found, le);
                 add(escape.beta * le * w, &escape.lambda, stats);

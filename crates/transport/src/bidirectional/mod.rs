@@ -23,7 +23,7 @@ use crate::lights;
 use crate::method::{
     Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule,
 };
-use crate::path_space::{emission_table, splat_bands};
+use crate::path_space::{emission_table, needs_lens, splat_bands};
 use crate::workers::Workers;
 use kaustika_film::accumulate::PassImage;
 use kaustika_scene::{LightSelection, Scene};
@@ -70,6 +70,7 @@ impl Method for Bdpt {
         frame: &Frame,
         workers: &Workers,
     ) -> Result<(), RenderError> {
+        needs_lens(scene)?;
         self.lights = lights::learn(scene, frame, self.params.max_bounces(), workers);
         self.emission = emission_table(scene);
         Ok(())

@@ -10,7 +10,7 @@ use kaustika_math::Vec2;
 use kaustika_sampling::hash::combine;
 use kaustika_sampling::{SamplerConfig, SamplerKind, SamplerPlan};
 use kaustika_scene::bsdf::{Bsdf, Lobes, Mode};
-use kaustika_scene::{LearnedLights, LightSelection, Scene, Segment, ShadingPoint};
+use kaustika_scene::{LearnedLights, LightSelection, Scene, Segment, ShadingPoint, ShapeSample};
 use kaustika_spectra::{Spectrum, Wavelengths};
 use rayon::prelude::*;
 
@@ -73,6 +73,9 @@ fn follow(
     let film = frame.film_sample(pixel, Vec2::new(u[0], u[1]));
     let mut lambda = Wavelengths::sample_for(scene.mode, u[5]);
     let camera = scene.camera.sample_we(film.film, Vec2::new(u[2], u[3]), u[4]);
+    if let Some(ShapeSample { p, p_error, n }) = camera.receiver {
+        points.push(ShadingPoint { p, p_error, n, transmits: false });
+    }
     let mut segment = Segment { ray: camera.ray, t_max: camera.t_max };
     let mut beta = Spectrum::ONE;
     let mut bsdf = Bsdf::default();

@@ -18,7 +18,7 @@ use crate::method::{
     Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule,
 };
 use crate::path_space::{
-    self, LightEnd, Splat, Subpath, Vertex, Walker, emission_table, splat_bands,
+    self, LightEnd, Splat, Subpath, Vertex, Walker, emission_table, needs_lens, splat_bands,
 };
 use crate::registry::Parameter;
 use crate::roulette::{Roulette, Survival};
@@ -134,6 +134,7 @@ impl Method for LightTracer {
     }
 
     fn prepare(&mut self, scene: &Scene, _: &Frame, _: &Workers) -> Result<(), RenderError> {
+        needs_lens(scene)?;
         if !self.params.nee && scene.camera.aperture().is_none() {
             let message =
                 "paths cannot meet the lens of this camera, which has no area: leave `nee` at true";

@@ -310,7 +310,7 @@ impl<'a> Integrator<'a> {
     fn escaped(&self, ray: &Ray, previous: &Previous, lambda: &Wavelengths) -> Spectrum {
         self.scene.environments.iter().fold(Spectrum::ZERO, |sum, &id| {
             let light = self.scene.light(id);
-            let Escaped { le, pdf_li, region } = light.escaped(ray.d, lambda);
+            let Escaped { le, pdf_li, region } = light.escaped(previous.p, ray.d, lambda);
             let pmf = || self.lights.pmf_escaped(previous.p, previous.n, id, region);
             sum + le * self.weight(previous, pmf, pdf_li)
         })

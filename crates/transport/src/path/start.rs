@@ -3,10 +3,10 @@
 use super::integrate::Integrator;
 use super::walk::{Previous, Walk};
 use kaustika_math::lanes::{LANES, Lanes, Row};
-use kaustika_math::{Ray, Vec2, Vec3};
+use kaustika_math::{Ray, Vec2, Vec3, warp};
 use kaustika_sampling::Sampler;
 use kaustika_sampling::sampler::VERTEX_NUMBERS;
-use kaustika_scene::{CameraRay, Segment};
+use kaustika_scene::{CameraRay, Segment, ShapeSample};
 use kaustika_spectra::{ColorMode, Spectrum, Wavelengths};
 
 impl<'a> Integrator<'a> {
@@ -18,7 +18,7 @@ impl<'a> Integrator<'a> {
         let u = sampler.get_vertex();
         let film = frame.film_sample(pixel, Vec2::new(u[0], u[1]));
         let camera = self.scene().camera.sample_we(film.film, Vec2::new(u[2], u[3]), u[4]);
-        let walk = self.begin(&camera, self.wavelengths(u[5]));
+        let walk = self.begin_at(&camera, self.wavelengths(u[5]), &mut sampler);
         (Walk { film_weight: film.weight, ..walk }, sampler)
     }
 
@@ -49,7 +49,8 @@ impl<'a> Integrator<'a> {
                 Some((o, d, t_max, r)) => {
                     let at = |rows: &[Row; 3]| Vec3::new(rows[0][i], rows[1][i], rows[2][i]);
                     let ray = Ray { o: at(o), d: at(d), time };
-                    CameraRay { ray, t_max: t_max[i], spread: r.spread, width: r.width }
+                    let (spread, width) = (r.spread, r.width);
+                    CameraRay { ray, t_max: t_max[i], spread, width, weight: 1.0, receiver: None }
                 }
                 None => {
                     let (film, lens) =
@@ -57,7 +58,8 @@ impl<'a> Integrator<'a> {
                     self.scene().camera.sample_we(film, lens, time)
                 }
             };
-            let walk = self.begin(&camera, self.wavelengths(u[5][i]));
+            let lambda = self.wavelengths(u[5][i]);
+            let walk = self.begin_at(&camera, lambda, &mut samplers[first + i]);
             each(&Walk { film_weight: weights[i], ..walk });
         }
     }
@@ -70,6 +72,45 @@ impl<'a> Integrator<'a> {
         }
     }
 
+    /// [`Integrator::begin`]; from a meter's surface, lights are sampled at once.
+    #[inline]
+    fn begin_at(&self, camera: &CameraRay, lambda: Wavelengths, sampler: &mut Sampler) -> Walk {
+        let walk = self.begin(camera, lambda);
+        match &camera.receiver {
+            Some(receiver) => self.receive(walk, receiver, sampler),
+            None => walk,
+        }
+    }
+
+    /// A path that begins as if a white matte surface had scattered it: the light's term of (1)
+    /// there, and what the next emitter needs to know.
+    #[inline(never)]
+    fn receive(&self, mut walk: Walk, at: &ShapeSample, sampler: &mut Sampler) -> Walk {
+        let density = |w: Vec3| warp::cosine_hemisphere_pdf_w(at.n.dot(w).max(0.0));
+        let pdf_w = density(walk.segment.ray.d);
+        walk.previous = Previous { p: at.p, n: at.n, pdf_w, delta: false };
+        let u = sampler.get_vertex();
+        if !self.shows(0) {
+            return walk;
+        }
+        let scene = self.scene();
+        let choice = self.lights.sample(at.p, at.n, u[4], Vec2::new(u[0], u[1]));
+        let Some(choice) = choice else { return walk };
+        let light = scene.light(choice.light);
+        if !light.is_delta() && !self.mis.samples_lights() {
+            return walk;
+        }
+        let sample = light.sample_li_in(scene, at.p, choice.region, choice.u, &walk.lambda);
+        let Some(l) = sample else { return walk };
+        // f cos = cos/π is the density of the direction, too.
+        let (pdf_l, pdf_b) = (choice.p * l.pdf_w, density(l.wi));
+        let w = if l.delta { 1.0 } else { self.mis.light(pdf_l, pdf_b) };
+        if w * pdf_b > 0.0 && !scene.occluded(&scene.shadow_ray_from(at, &l)) {
+            walk.radiance += walk.beta * l.le * (w * pdf_b / pdf_l);
+        }
+        walk
+    }
+
     /// The path that begins with a camera ray.
     #[inline]
     pub(super) fn begin(&self, camera: &CameraRay, lambda: Wavelengths) -> Walk {
@@ -77,7 +118,7 @@ impl<'a> Integrator<'a> {
         Walk {
             segment: Segment { ray: camera.ray, t_max: camera.t_max },
             radiance: Spectrum::ZERO,
-            beta: Spectrum::ONE,
+            beta: Spectrum::splat(camera.weight),
             eta_scale: 1.0,
             depth: 0,
             passages: 0,

@@ -1,6 +1,7 @@
 //! xₖ: where a path meets the lens, and with what densities, per picture.
 
 use super::{Departure, solid_angle_to_area};
+use crate::method::RenderError;
 use kaustika_math::{Ray, Vec3};
 use kaustika_scene::Scene;
 
@@ -49,5 +50,20 @@ impl CameraEnd {
     #[inline]
     pub fn area(&self, from: Vec3) -> f64 {
         self.aperture.map_or(0.0, |n| solid_angle_to_area(from, self.p, n))
+    }
+}
+
+/// For methods that connect light paths to the lens.
+///
+/// # Errors
+/// If nothing can be connected to the scene's camera, which is then a meter.
+pub fn needs_lens(scene: &Scene) -> Result<(), RenderError> {
+    match scene.camera.connects() {
+        true => Ok(()),
+        false => {
+            let message = "light paths cannot be connected to a meter or a batch of sensors: use \
+                           the method `path`";
+            Err(RenderError::Failed(message.into()))
+        }
     }
 }

@@ -95,7 +95,7 @@ impl LightEnd {
         let light = scene.light(self.light);
         let (p, n, wi) = (x1.surface.p, x1.light_normal(), -self.w);
         if let Light::Environment(_) = light {
-            let e = light.escaped(wi, &Wavelengths::rgb());
+            let e = light.escaped(p, wi, &Wavelengths::rgb());
             let pmf = lights.pmf_escaped(p, n, self.light, e.region);
             return f64::from(pmf) * f64::from(e.pdf_li);
         }

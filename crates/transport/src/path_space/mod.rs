@@ -19,7 +19,7 @@ mod light_end;
 mod splats;
 mod subpath;
 
-pub use camera_end::CameraEnd;
+pub use camera_end::{CameraEnd, needs_lens};
 pub use connections::{Connection, Joined, LensConnection, join, to_lens};
 pub use light_end::{LightEnd, emission_table};
 pub use splats::{Splat, splat_bands};

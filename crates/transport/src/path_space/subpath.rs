@@ -108,6 +108,8 @@ pub type Subpath<'a> = Vec<Vertex<'a>>;
 /// A ray that left the scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Escape {
+    /// Where it begins.
+    pub o: Vec3,
     /// Its direction.
     pub d: Vec3,
     /// What it carries, over its density.
@@ -149,7 +151,7 @@ impl<'a> Walker<'a> {
         while path.len() < most {
             stats.closest_rays += 1;
             let Some(hit) = self.scene.hit(&ray, t_max) else {
-                return Some(Escape { d: ray.d, beta, lambda });
+                return Some(Escape { o: ray.o, d: ray.d, beta, lambda });
             };
             let mut surface = self.scene.geometry.surface(&hit, &ray);
             footprint += start.spread * surface.t;

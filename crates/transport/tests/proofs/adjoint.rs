@@ -75,6 +75,16 @@ fn lights() -> Vec<(&'static str, Stage)> {
         ("lat-long", light(environment(EnvironmentLayout::LatLong, 16, 8))),
         ("equal-area", light(environment(EnvironmentLayout::EqualArea, 12, 12))),
         (
+            "portal",
+            light(LightKind::Portal {
+                bitmap: bitmap(12, 12, smooth),
+                space: ColorSpace::Srgb,
+                layout: EnvironmentLayout::EqualArea,
+                scale: 2.0,
+                corners: window(v(-0.5, 0.1, 1.2)),
+            }),
+        ),
+        (
             "projection",
             light(LightKind::Projection {
                 bitmap: bitmap(12, 8, smooth),

@@ -68,6 +68,49 @@ fn a_polygon_by_lambert_s_formula() {
     }
 }
 
+/// E = π L sin² r cos θ of a whole disc at infinity, and its flux through the scene's disk.
+#[test]
+fn the_sun() {
+    for (radius, cos) in [(0.2679f32, 0.8f64), (4.0, 0.6), (25.0, 0.7)] {
+        let mut stage = Stage::new();
+        floor(&mut stage);
+        let sin = (1.0 - cos * cos).sqrt() as f32;
+        let toward = look(v(0.0, 0.0, 0.0), v(sin * 0.6, sin * 0.8, cos as f32));
+        stage.light(LightKind::Sun { radiance: grey(5.0), scale: 2.0, radius }, toward);
+        let r = f64::from(radius).to_radians();
+        for mis in ["power", "light"] {
+            let e = irradiance(&stage.build(), 0.0, 0.0, json!({"mis": mis}), 20_000);
+            agrees(&format!("sun of {radius}, {mis}"), &e, PI * 10.0 * r.sin().powi(2) * cos);
+        }
+    }
+}
+
+/// E = ∫ L cos θ dω over the formula's radiance, by the midpoint rule.
+#[test]
+fn a_clear_sky() {
+    use kaustika_spectra::{ColorMode, HosekSky, Wavelengths};
+    let sun = v(0.48, 0.64, 0.6);
+    for turbidity in [1.5, 3.0, 8.0] {
+        let model = HosekSky::new(turbidity, &grey(0.3), 0.6f32.asin(), ColorMode::Rgb);
+        let n = 400;
+        let mut truth = 0.0f64;
+        for k in 0..n * n {
+            let u = v2((k % n) as f32 + 0.5, (k / n) as f32 + 0.5) / n as f32;
+            let d = kaustika_math::warp::cosine_hemisphere(u);
+            truth += f64::from(model.radiance(d.z, d.dot(sun), &Wavelengths::rgb()).0[0]);
+        }
+        truth *= PI / (n * n) as f64;
+        let mut stage = Stage::new();
+        floor(&mut stage);
+        let sky = SkyDesc { turbidity, albedo: grey(0.3), sun, stretch: 1.0, extend: false };
+        stage.light(LightKind::Sky { sky, scale: 1.0 }, HERE);
+        for mis in MODES {
+            let e = irradiance(&stage.build(), 0.0, 0.0, json!({"mis": mis}), 20_000);
+            agrees(&format!("sky {turbidity}, {mis}"), &e, truth);
+        }
+    }
+}
+
 #[test]
 fn uniform_and_half_skies() {
     for (wall, truth) in [(false, 1.0), (true, 0.5)] {

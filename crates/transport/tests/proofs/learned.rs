@@ -234,7 +234,7 @@ fn an_escaped_ray_has_the_density_that_samples_have() {
         let (id, sky) = (LightId(0), scene.light(LightId(0)));
         let (p, n) = (v(0.3, -0.4, -1.9), Vec3::Z);
         let density = |wi: Vec3| {
-            let e = sky.escaped(wi, &lambda);
+            let e = sky.escaped(p, wi, &lambda);
             (lights.pmf_escaped(p, n, id, e.region) * e.pdf_li) as f64
         };
         let (mut differing, count) = (0, 4000);

@@ -152,6 +152,96 @@ fn environments() {
     techniques_agree("constant", &stage);
 }
 
+/// A sky of a low sun, as it is and reaching below the horizon, and the sun, near the zenith and
+/// half set behind the floor's horizon.
+#[test]
+fn daylight() {
+    let turn = rotate(100.0, v(1.0, 0.3, -0.2));
+    for (turbidity, stretch, extend) in [(2.0, 1.0, false), (6.0, 1.3, false), (4.0, 1.0, true)] {
+        let mut stage = Stage::new();
+        floor(&mut stage);
+        let albedo = grey(0.3);
+        let sun = v(0.5, 0.6, 0.3);
+        let sky = SkyDesc { turbidity, albedo, sun, stretch, extend };
+        stage.light(LightKind::Sky { sky, scale: 2.0 }, turn);
+        techniques_agree(&format!("sky {turbidity} {stretch} {extend}"), &stage);
+    }
+    for (toward, radius) in [(v(0.1, 0.2, 1.0), 20.0), (v(1.0, 0.0, 0.05), 15.0)] {
+        let mut stage = Stage::new();
+        floor(&mut stage);
+        stage.light(
+            LightKind::Sun { radiance: grey(3.0), scale: 2.0, radius },
+            look(v(0.0, 0.0, 0.0), toward),
+        );
+        techniques_agree(&format!("sun of {radius}"), &stage);
+    }
+}
+
+/// A room with a window in its ceiling, and a bright spot in the sky: the same whether the light is
+/// sampled through the window or not.
+#[test]
+fn portals() {
+    let sky = |x: f32, y: f32| {
+        let d2 = (x - 0.55).powi(2) + (y - 0.45).powi(2);
+        [0.2 + 60.0 * (-400.0 * d2).exp(), 0.2 + y, 0.5 * x]
+    };
+    let (space, scale_of) = (ColorSpace::Srgb, 0.7);
+    let turn = rotate(30.0, v(1.0, 0.3, -0.2));
+    for (layout, w, h) in
+        [(EnvironmentLayout::LatLong, 32, 16), (EnvironmentLayout::EqualArea, 24, 24)]
+    {
+        let room = |kind: LightKind| {
+            let mut stage = Stage::new();
+            floor(&mut stage);
+            let wall = stage.diffuse(0.6);
+            // The ceiling around the window of x in [-0.5, 0.5], y in [-0.4, 0.4].
+            for (x, y, a, b) in [
+                (-5.25, 0.0, 4.75, 10.0),
+                (5.25, 0.0, 4.75, 10.0),
+                (0.0, -5.2, 0.5, 4.8),
+                (0.0, 5.2, 0.5, 4.8),
+            ] {
+                stage.shape(
+                    GeometryDesc::Rectangle,
+                    at(x, y, 1.0) * down() * scale(a, b, 1.0),
+                    wall,
+                );
+            }
+            for turned in [0.0, 90.0, 180.0, 270.0] {
+                let t = rotate(turned, Vec3::Z)
+                    * at(3.9, 0.0, 0.0)
+                    * rotate(-90.0, Vec3::Y)
+                    * scale(1.0, 10.0, 1.0);
+                stage.shape(GeometryDesc::Rectangle, t, wall);
+            }
+            stage.light(kind, turn);
+            stage
+        };
+        let image = || bitmap(w, h, sky);
+        let open = room(LightKind::Image {
+            bitmap: image(),
+            space,
+            layout,
+            scale: scale_of,
+            illuminance: None,
+        });
+        let corners = window(v(-0.5, -0.4, 1.0));
+        let through =
+            room(LightKind::Portal { bitmap: image(), space, layout, scale: scale_of, corners });
+        techniques_agree(&format!("portal {layout:?}"), &through);
+        for (x, y) in [(0.0, 0.0), (1.3, -0.6)] {
+            let e = |stage: &Stage, depth: u32| {
+                irradiance(&stage.build(), x, y, json!({"max_depth": depth}), 40_000)
+            };
+            let (a, b) = (e(&open, 3), e(&through, 3));
+            same(&format!("{layout:?} at {x}"), &a, &b);
+            // What it is for.
+            let (a, b) = (e(&open, 1), e(&through, 1));
+            assert!(b.variance() < a.variance(), "{} {}", b.variance(), a.variance());
+        }
+    }
+}
+
 #[test]
 fn many_lights_under_every_selection() {
     use kaustika_scene::LightSelectionKind as K;

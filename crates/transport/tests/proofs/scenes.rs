@@ -335,7 +335,14 @@ pub fn probe(scene: &Scene, o: Vec3, d: Vec3, p: Value, n: u64) -> (RunningMean,
     let p = params(p);
     let integrator = Integrator::new(scene, &frame, &p);
     let ray = Ray::new(o, d.normalize());
-    let ray = CameraRay { ray, t_max: f32::INFINITY, spread: 0.0, width: 0.0 };
+    let ray = CameraRay {
+        ray,
+        t_max: f32::INFINITY,
+        spread: 0.0,
+        width: 0.0,
+        weight: 1.0,
+        receiver: None,
+    };
     let mut stats = PassStats::default();
     let mut mean = RunningMean::new();
     for index in 0..n {
@@ -389,4 +396,10 @@ pub fn with_error(mean: f64, error: f64) -> RunningMean {
 /// Shorthand.
 pub fn v2(x: f32, y: f32) -> Vec2 {
     Vec2::new(x, y)
+}
+
+/// Corners of a window of 1 by 0.8 whose outside is up.
+pub fn window(corner: Vec3) -> [Vec3; 4] {
+    let [x, y] = [v(1.0, 0.0, 0.0), v(0.0, 0.8, 0.0)];
+    [corner, corner + y, corner + x + y, corner + x]
 }

@@ -24,6 +24,8 @@ fn seen(stage: &Stage, mode: ColorMode, o: Vec3, d: Vec3, p: Value, n: u64) -> [
         t_max: f32::INFINITY,
         spread: 0.0,
         width: 0.0,
+        weight: 1.0,
+        receiver: None,
     };
     let mut sum = [0.0; 3];
     let mut stats = PassStats::default();

@@ -124,17 +124,6 @@ fn environment_maps_are_loaded() {
 }
 
 #[test]
-fn skies_are_replaced() {
-    let (d, messages) =
-        read("0.6.0", r#"<emitter type="sunsky"><float name="hour" value="9"/></emitter>"#);
-    assert_eq!(
-        messages,
-        ["warning 2:16 emitter `sunsky` is not supported | a constant grey-blue sky is used"]
-    );
-    assert!(matches!(d.lights[0].kind, LightKind::Constant { .. }));
-}
-
-#[test]
 fn area_lights_may_be_shared_from_the_scene() {
     let d = scene(
         r#"<emitter type="area" id="e"><float name="radiance" value="2"/></emitter>

@@ -3,6 +3,7 @@
 use super::files::pfm;
 use super::{assert_maps, messages, read, rgb, world};
 use crate::pbrt::read_pbrt;
+use kaustika_math::Vec3;
 use kaustika_scene::description::{
     EmissionDesc, EnvironmentLayout, LightDesc, LightKind, SceneDescription, SpotFalloff,
 };
@@ -116,6 +117,32 @@ fn environments_are_equal_area_squares() {
     ));
     let s = with_image(text, 4, 4, f32::INFINITY);
     assert_eq!(messages(&s), "error 1:53 <\"i.pfm\"> `i.pfm` has infinite or undefined pixels\n");
+}
+
+#[test]
+fn portals_are_windows() {
+    let of = |portal: &str| {
+        format!("Translate 5 5 5 LightSource \"infinite\" \"string filename\" \"i.pfm\" {portal}")
+    };
+    let text = of("\"point3 portal\" [ 0 0 2  0 1 2  1 1 2  1 0 2 ]");
+    let s = with_image(&text, 4, 4, 1.0);
+    assert_eq!(messages(&s), "");
+    // In world space, as in pbrt, whatever the current transform is.
+    let LightKind::Portal { corners, .. } = &s.lights[0].kind else { panic!() };
+    assert_eq!(corners[2], Vec3::new(1.0, 1.0, 2.0));
+    for (portal, message) in [
+        ("[ 0 0 2  0 1 2  1 1 2 ]", "a portal has four corners, found 3"),
+        (
+            "[ 0 0 2  0 1 2  2 1 2  1 0 2 ]",
+            "the corners of a portal must be those of a rectangle, in order",
+        ),
+    ] {
+        let s = with_image(&of(&format!("\"point3 portal\" {portal}")), 4, 4, 1.0);
+        assert!(messages(&s).contains(message), "{}", messages(&s));
+    }
+    let plain = "LightSource \"infinite\" \"point3 portal\" [ 0 0 2  0 1 2  1 1 2  1 0 2 ]";
+    let s = with_image(plain, 4, 4, 1.0);
+    assert!(messages(&s).contains("a portal without an image is not supported"));
 }
 
 #[test]

@@ -243,7 +243,7 @@ impl<'a> Estimator<'a> {
         }
         if let Some(escape) = escape {
             for &id in &scene.environments {
-                let le = scene.light(id).escaped(escape.d, &escape.lambda).le;
+                let le = scene.light(id).escaped(escape.o, escape.d, &escape.lambda).le;
                 let found = (id, Vec3::ZERO, Vec3::ZERO, -escape.d);
                 let w = self.found(&room.eye, &room.of_eye, found, le);
                 add(escape.beta * le * w, &escape.lambda, stats);
