@@ -45,7 +45,9 @@ impl<'a> Converter<'a> {
             self.replaced(object, "its sensors become single cameras");
             return;
         }
-        let Some((kind, transform)) = self.optics(object) else { return };
+        let Some((kind, turn)) = self.optics(object) else { return };
+        let (transform, mut motion) = self.placement(object, "to_world");
+        motion.iter_mut().for_each(|key| key.transform = key.transform * turn);
         let shutter = ["shutter_open", "shutter_close"].map(|n| self.number(object, n, 0.0));
         let film = self.film(object);
         let (sampler, spp, seed) = self.sampler(object);
@@ -55,7 +57,8 @@ impl<'a> Converter<'a> {
         self.out.cameras.push(CameraDesc {
             name: object.id.clone(),
             kind,
-            transform,
+            transform: transform * turn,
+            motion,
             shutter,
             medium,
             film,
@@ -66,6 +69,7 @@ impl<'a> Converter<'a> {
         });
     }
 
+    /// The optics, and the description's camera space to the sensor's.
     fn optics(&mut self, object: &'a Object) -> Option<(CameraKind, Transform)> {
         let plugin = object.plugin.as_str();
         match plugin {
@@ -79,8 +83,7 @@ impl<'a> Converter<'a> {
                     [0.0, 0.0, 0.0, 1.0],
                 ];
                 let turn = Transform::from_rows(rows)?;
-                let transform = self.transform(object, "to_world") * turn;
-                return Some((CameraKind::Spherical { equal_area: false }, transform));
+                return Some((CameraKind::Spherical { equal_area: false }, turn));
             }
             "irradiancemeter" | "radiancemeter" | "fluencemeter" | "distant" => {
                 self.replaced(object, "left out");
@@ -127,7 +130,7 @@ impl<'a> Converter<'a> {
                 far_clip,
             }
         };
-        Some((kind, self.transform(object, "to_world") * mirror_x()))
+        Some((kind, mirror_x()))
     }
 
     fn aperture(&mut self, object: &'a Object, required: bool) -> f32 {

@@ -6,15 +6,18 @@
 //! pixel's value is the mean radiance over its area (and filter, and lens): the cos⁴ of a real
 //! film is left out, as in pbrt and Mitsuba.
 
+mod moving;
 mod projective;
 mod spherical;
 
+pub use moving::Moving;
 pub use projective::Projective;
 pub use spherical::Spherical;
 
 use crate::description::{CameraDesc, CameraKind};
+use crate::moving::Placement;
 use kaustika_math::lanes::{Lanes, Vec3s};
-use kaustika_math::{Ray, Vec2, Vec3};
+use kaustika_math::{Bounds3, Ray, Vec2, Vec3};
 
 /// A ray from the camera into the scene.
 #[derive(Clone, Copy, Debug)]
@@ -72,11 +75,24 @@ pub enum Camera {
     Projective(Projective),
     /// All directions.
     Spherical(Spherical),
+    /// One of the others that moves.
+    Moving(Moving),
 }
 
 impl Camera {
     /// From a description, at a resolution (which may differ from the file's).
     pub fn new(desc: &CameraDesc, resolution: [u32; 2]) -> Camera {
+        if !desc.motion.is_empty() {
+            let mut still = CameraDesc { motion: Vec::new(), ..desc.clone() };
+            match Placement::new(&desc.transform, &desc.motion, desc.shutter) {
+                Placement::Still(transform) => still.transform = transform,
+                Placement::Moving(motion) => {
+                    still.transform = moving::AT_REST;
+                    return Camera::Moving(Moving::new(Camera::new(&still, resolution), motion));
+                }
+            }
+            return Camera::new(&still, resolution);
+        }
         match &desc.kind {
             CameraKind::Spherical { equal_area } => {
                 Camera::Spherical(Spherical::new(desc, *equal_area, resolution))
@@ -91,6 +107,7 @@ impl Camera {
         match self {
             Camera::Projective(c) => c.sample_we(film, lens, time),
             Camera::Spherical(c) => c.sample_we(film, time),
+            Camera::Moving(c) => c.sample_we(film, lens, time),
         }
     }
 
@@ -100,15 +117,16 @@ impl Camera {
     pub fn sample_we_lanes(&self, film: [Lanes; 2], lens: [Lanes; 2]) -> Option<CameraRays> {
         match self {
             Camera::Projective(c) => c.sample_we_lanes(film, lens),
-            Camera::Spherical(_) => None,
+            Camera::Spherical(_) | Camera::Moving(_) => None,
         }
     }
 
-    /// Connects the scene point `p` to the lens; `None` if it is not in the picture.
-    pub fn sample_wi(&self, p: Vec3, lens: Vec2) -> Option<CameraConnection> {
+    /// Connects the scene point `p` to the lens at a time; `None` if it is not in the picture.
+    pub fn sample_wi(&self, p: Vec3, lens: Vec2, time: f32) -> Option<CameraConnection> {
         match self {
             Camera::Projective(c) => c.sample_wi(p, lens),
             Camera::Spherical(c) => c.sample_wi(p),
+            Camera::Moving(c) => c.sample_wi(p, lens, time),
         }
     }
 
@@ -118,14 +136,24 @@ impl Camera {
         match self {
             Camera::Projective(c) => c.pdf_we(ray),
             Camera::Spherical(c) => c.pdf_we(ray),
+            Camera::Moving(c) => c.pdf_we(ray),
         }
     }
 
-    /// Where the camera stands.
-    pub fn position(&self) -> Vec3 {
+    /// Where the camera stands at a time.
+    pub fn position(&self, time: f32) -> Vec3 {
         match self {
             Camera::Projective(c) => c.position(),
             Camera::Spherical(c) => c.position(),
+            Camera::Moving(c) => c.position(time),
+        }
+    }
+
+    /// A box around the places where it stands.
+    pub(crate) fn bounds(&self) -> Bounds3 {
+        match self {
+            Camera::Moving(c) => c.bounds(),
+            _ => Bounds3::of_points([self.position(0.0)]),
         }
     }
 }

@@ -5,6 +5,7 @@
 
 mod bitmap;
 mod camera;
+mod curve;
 mod light;
 mod material;
 mod mesh;
@@ -14,13 +15,16 @@ mod texture;
 
 pub use bitmap::{Bitmap, Encoding, Texels};
 pub use camera::{CameraDesc, CameraKind, FilmDesc, FilterChoice, FovAxis, IntegratorDesc};
+pub use curve::{CurveProfile, CurveSegment, Curves};
 pub use light::{EnvironmentLayout, LightDesc, LightKind, SpotFalloff};
 pub use material::{
     CoatDesc, ConductorColor, Distribution, IorDesc, MaterialDesc, MaterialId, MaterialModel,
     PrincipledDesc, RoughnessDesc, WardVariant,
 };
 pub use mesh::{MeshAttribute, TriMesh};
-pub use shape::{EmissionDesc, GeometryDesc, GroupDesc, GroupId, InstanceDesc, ShapeDesc};
+pub use shape::{
+    EmissionDesc, GeometryDesc, GroupDesc, GroupId, InstanceDesc, MotionKey, ShapeDesc,
+};
 pub use source::{Diagnostic, Diagnostics, Severity, SourceFile, SourceMap, Span, nearest_name};
 pub use texture::{
     BitmapChannels, BitmapFilter, BitmapTexture, NoiseKind, TextureDesc, TextureId, TextureMapping,

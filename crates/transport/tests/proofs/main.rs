@@ -7,10 +7,12 @@
 mod adjoint;
 mod cameras;
 mod furnace;
+mod hair;
 mod irradiance;
 mod learned;
 mod light_kinds;
 mod mis;
+mod motion;
 mod placing;
 mod refraction;
 mod roulette;
