@@ -1,6 +1,7 @@
 //! Readers of scene files: what others wrote, turned into
 //! [`kaustika_scene::description`].
 
+mod curve_file;
 pub mod gltf;
 pub mod mesh;
 pub mod mitsuba;

@@ -4,7 +4,8 @@
 
 use kaustika_math::{Vec2, Vec3, mix_bits};
 use kaustika_scene::description::{
-    Bitmap, GeometryDesc, LightKind, SceneDescription, ShapeDesc, Texels, TextureNode, TriMesh,
+    Bitmap, Curves, GeometryDesc, LightKind, SceneDescription, ShapeDesc, Texels, TextureNode,
+    TriMesh,
 };
 use std::collections::HashSet;
 use std::fmt::Debug;
@@ -134,6 +135,7 @@ impl SceneHash {
             print.debug(&(s.alpha, s.interior, s.exterior));
             match &s.geometry {
                 GeometryDesc::Mesh(mesh) => self::mesh(print, mesh),
+                GeometryDesc::Curves(c) => curves(print, c),
                 geometry => print.debug(geometry),
             }
         }
@@ -149,6 +151,15 @@ impl SceneHash {
             }
         }
     }
+}
+
+fn curves(print: &mut Fingerprint, c: &Curves) {
+    print.debug(&c.profile);
+    print.word(c.segments.len() as u64);
+    for s in &c.segments {
+        print.floats(s.points.iter().flat_map(|p| [p.x, p.y, p.z]).chain(s.radii));
+    }
+    print.floats(c.normals.iter().flatten().flat_map(|n| [n.x, n.y, n.z]));
 }
 
 fn mesh(print: &mut Fingerprint, m: &TriMesh) {

@@ -1,4 +1,4 @@
-//! The ground everything stands on: 3-vectors, transforms, frames, rays with error bounds,
+//! The ground everything stands on: 3-vectors, transforms and their motion, frames, rays with error bounds,
 //! warps from the unit square and a few special functions.
 //!
 //! Conventions: `f32` everywhere but where a comment says why not; right-handed unless a
@@ -9,6 +9,7 @@ mod bounds;
 mod float;
 mod frame;
 pub mod lanes;
+mod motion;
 pub mod ray;
 pub mod special;
 mod transform;
@@ -21,6 +22,7 @@ pub use float::{
     safe_sqrt, sqr,
 };
 pub use frame::Frame;
+pub use motion::Motion;
 pub use ray::Ray;
 pub use transform::{Affine2, Transform};
 pub use vec::{Vec2, Vec3};

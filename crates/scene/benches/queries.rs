@@ -176,6 +176,7 @@ fn camera() -> CameraDesc {
             far_clip: f32::INFINITY,
         },
         transform: Transform::IDENTITY,
+        motion: Vec::new(),
         shutter: [0.0; 2],
         medium: None,
         film: FilmDesc {

@@ -10,8 +10,9 @@ use crate::geometry::{Geometry, Group, Instance};
 use crate::lanes::{Lamps, Plain};
 use crate::light::{AreaLight, AreaShape, Light, LightSelection, LightSelectionKind, mean_power};
 use crate::material::Materials;
+use crate::moving::Placement;
 use crate::scene::{Scene, ShapeInfo};
-use crate::shape::{MeshRange, Quadric, QuadricForm, TriangleStore};
+use crate::shape::{CurveStore, MeshRange, Quadric, QuadricForm, TriangleStore};
 use crate::surface::LightId;
 use crate::tessellate;
 use crate::texture::{AttributeRange, AttributeTable, TexturePoint, Textures};
@@ -38,6 +39,7 @@ pub struct SceneOptions {
 struct Gathered {
     triangles: TriangleStore,
     quadrics: Vec<Quadric>,
+    curves: CurveStore,
     shapes: Vec<ShapeInfo>,
     lights: Vec<Light>,
     attributes: Vec<(String, AttributeRange)>,
@@ -63,10 +65,11 @@ impl Scene {
         for group in &description.groups {
             ranges.push(gathered.add_shapes(description, &group.shapes, true)?);
         }
-        for (triangles, quadrics) in ranges {
+        for Ranges { triangles, quadrics, pieces } in ranges {
             let indices = &gathered.triangles.indices[triangles.clone()];
-            let bounds: Vec<Bounds3> =
-                gathered.quadrics[quadrics.clone()].iter().map(Quadric::bounds).collect();
+            let of_quadrics = gathered.quadrics[quadrics.clone()].iter().map(Quadric::bounds);
+            let of_pieces = pieces.clone().map(|p| gathered.curves.bounds(p as u32));
+            let bounds: Vec<Bounds3> = of_quadrics.chain(of_pieces).collect();
             groups.push(Group {
                 triangles: TriangleBvh::build(
                     &gathered.triangles.positions,
@@ -74,26 +77,29 @@ impl Scene {
                     &BuildOptions::default(),
                 ),
                 first_triangle: triangles.start as u32,
-                quadrics: BoxBvh::build(&bounds),
+                analytic: BoxBvh::build(&bounds),
                 first_quadric: quadrics.start as u32,
                 quadric_count: quadrics.len() as u32,
+                first_piece: pieces.start as u32,
+                analytic_count: bounds.len() as u32,
             });
         }
         let mut instances = Vec::new();
         for i in &description.instances {
-            instances.push(Instance {
-                group: i.group.0 + 1,
-                to_world: i.transform,
-                from_world: i.transform.inverse(),
-            });
+            let (to_world, motion) =
+                match Placement::new(&i.transform, &i.motion, camera_desc.shutter) {
+                    Placement::Still(transform) => (transform, None),
+                    Placement::Moving(motion) => (motion.at(0.0), Some(Box::new(motion))),
+                };
+            let (group, from_world) = (i.group.0 + 1, to_world.inverse());
+            instances.push(Instance { group, to_world, from_world, motion });
         }
-        let instance_bounds: Vec<Bounds3> = instances
-            .iter()
-            .map(|i| i.to_world.bounds(&groups[i.group as usize].bounds()))
-            .collect();
+        let instance_bounds: Vec<Bounds3> =
+            instances.iter().map(|i| i.bounds(&groups[i.group as usize].bounds())).collect();
         let geometry = Geometry {
             triangles: gathered.triangles,
             quadrics: gathered.quadrics,
+            curves: gathered.curves,
             groups,
             instances,
             instance_bvh: BoxBvh::build(&instance_bounds),
@@ -118,7 +124,7 @@ impl Scene {
         let materials = Materials::new(description, &textures);
         let camera = Camera::new(camera_desc, resolution, &description.shapes, &geometry)?;
 
-        let bounds = geometry.bounds().with_point(camera.position());
+        let bounds = geometry.bounds().union(camera.bounds());
         let (center, radius) = bounds.bounding_sphere();
         let mut scene = Scene {
             geometry,
@@ -178,7 +184,12 @@ impl Scene {
     }
 }
 
-type Ranges = (std::ops::Range<usize>, std::ops::Range<usize>);
+/// What belongs to a group.
+struct Ranges {
+    triangles: std::ops::Range<usize>,
+    quadrics: std::ops::Range<usize>,
+    pieces: std::ops::Range<usize>,
+}
 
 impl Gathered {
     fn add_shapes(
@@ -187,11 +198,15 @@ impl Gathered {
         shapes: &[ShapeDesc],
         instanced: bool,
     ) -> Result<Ranges, BuildError> {
-        let (t0, q0) = (self.triangles.indices.len(), self.quadrics.len());
+        let lengths =
+            |g: &Gathered| [g.triangles.indices.len(), g.quadrics.len(), g.curves.pieces.len()];
+        let start = lengths(self);
         for shape in shapes {
             self.add_shape(description, shape, instanced)?;
         }
-        Ok((t0..self.triangles.indices.len(), q0..self.quadrics.len()))
+        let end = lengths(self);
+        let [triangles, quadrics, pieces] = [0, 1, 2].map(|i| start[i]..end[i]);
+        Ok(Ranges { triangles, quadrics, pieces })
     }
 
     fn add_shape(
@@ -215,6 +230,9 @@ impl Gathered {
         let emission = desc.emission.as_ref().filter(|_| !instanced);
         match &desc.geometry {
             GeometryDesc::Mesh(mesh) => self.add_mesh(desc, mesh, index, emission)?,
+            GeometryDesc::Curves(curves) => {
+                self.curves.add(curves, &desc.transform, index, desc.flip_normals);
+            }
             GeometryDesc::Rectangle => {
                 self.add_mesh(desc, &tessellate::rectangle(), index, emission)?;
             }

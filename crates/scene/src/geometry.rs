@@ -2,14 +2,14 @@
 //! anything at all.
 //!
 //! Surfaces live in groups. Group 0 is the world; the others are placed by instances. A group
-//! has one hierarchy over its triangles and one over its analytic shapes; the instances have
-//! one of their own.
+//! has one hierarchy over its triangles and one over its analytic shapes (quadrics and pieces of
+//! curves); the instances have one of their own.
 
 use crate::batch::RayBatch;
-use crate::shape::{Quadric, QuadricHit, TriangleStore};
+use crate::shape::{CurveHit, CurveStore, Quadric, QuadricHit, RaySpace, TriangleStore};
 use crate::surface::Surface;
 use kaustika_accel::{BoxBvh, Segment, TriangleBvh, TriangleHit};
-use kaustika_math::{Bounds3, Ray, Transform, Vec3};
+use kaustika_math::{Bounds3, Motion, Ray, Transform, Vec3};
 
 /// Surfaces that are placed together.
 #[derive(Debug)]
@@ -18,12 +18,16 @@ pub struct Group {
     pub triangles: TriangleBvh,
     /// Number of its first triangle in the store.
     pub first_triangle: u32,
-    /// Hierarchy of its analytic shapes.
-    pub quadrics: BoxBvh,
-    /// Number of its first analytic shape.
+    /// Hierarchy of its analytic shapes: quadrics, then pieces of curves.
+    pub analytic: BoxBvh,
+    /// Number of its first quadric.
     pub first_quadric: u32,
-    /// How many analytic shapes it has.
+    /// How many quadrics it has.
     pub quadric_count: u32,
+    /// Number of its first piece of a curve.
+    pub first_piece: u32,
+    /// How many analytic shapes it has.
+    pub analytic_count: u32,
 }
 
 /// A group placed in the world.
@@ -35,6 +39,8 @@ pub struct Instance {
     pub to_world: Transform,
     /// World to group space.
     pub from_world: Transform,
+    /// If it moves: group space to world at times from 0 to 1, in place of the two above.
+    pub motion: Option<Box<Motion>>,
 }
 
 /// What a ray met.
@@ -42,8 +48,10 @@ pub struct Instance {
 pub enum Primitive {
     /// A triangle of the store and barycentric weights.
     Triangle(u32, [f32; 3]),
-    /// An analytic shape.
+    /// A quadric.
     Quadric(u32, QuadricHit),
+    /// A piece of a curve.
+    Curve(u32, CurveHit),
 }
 
 /// A hit; [`Geometry::surface`] makes a [`Surface`] of it.
@@ -62,8 +70,10 @@ pub struct Hit {
 pub struct Geometry {
     /// Triangles of all groups.
     pub triangles: TriangleStore,
-    /// Analytic shapes of all groups.
+    /// Quadrics of all groups.
     pub quadrics: Vec<Quadric>,
+    /// Curves of all groups.
+    pub curves: CurveStore,
     /// Groups; the first is the world.
     pub groups: Vec<Group>,
     /// Placements.
@@ -103,12 +113,12 @@ impl Geometry {
         } else {
             world.triangles.intersect_all(segments, &mut batch.triangles);
         }
-        if world.quadric_count == 0 && self.instances.is_empty() {
+        if world.analytic_count == 0 && self.instances.is_empty() {
             return;
         }
         let hits = batch.triangles.iter().zip(segments).map(|(hit, s)| {
             let best = hit.map(|h| world.hit(&h));
-            let best = world.with_quadrics(best, self, &s.ray, s.t_max, &accept);
+            let best = world.with_analytic(best, self, &s.ray, s.t_max, &accept);
             self.with_instances(best, &s.ray, s.t_max, &accept)
         });
         batch.others.extend(hits);
@@ -129,7 +139,7 @@ impl Geometry {
         let limit = best.map_or(t_max, |h| h.t);
         let nearest = self.instance_bvh.intersect(ray, limit, |i, t_max| {
             let instance = &self.instances[i as usize];
-            let local = instance.from_world.ray(ray);
+            let local = instance.local(ray);
             let hit =
                 self.groups[instance.group as usize].intersect(self, &local, t_max, accept)?;
             Some((hit.t, hit))
@@ -142,7 +152,7 @@ impl Geometry {
     pub fn occluded(&self, ray: &Ray, t_max: f32, accept: impl Accept) -> bool {
         let world = &self.groups[0];
         world.occluded_by_triangles(self, ray, t_max, &accept)
-            || world.occluded_by_quadrics(self, ray, t_max, &accept)
+            || world.occluded_by_analytic(self, ray, t_max, &accept)
             || self.occluded_by_instances(ray, t_max, &accept)
     }
 
@@ -159,7 +169,7 @@ impl Geometry {
         }
         for (occluded, s) in batch.occluded.iter_mut().zip(segments) {
             *occluded = *occluded
-                || world.occluded_by_quadrics(self, &s.ray, s.t_max, &accept)
+                || world.occluded_by_analytic(self, &s.ray, s.t_max, &accept)
                 || self.occluded_by_instances(&s.ray, s.t_max, &accept);
         }
     }
@@ -169,52 +179,103 @@ impl Geometry {
         !self.instances.is_empty()
             && self.instance_bvh.any(ray, t_max, |i, t_max| {
                 let instance = &self.instances[i as usize];
-                let local = instance.from_world.ray(ray);
+                let local = instance.local(ray);
                 let group = &self.groups[instance.group as usize];
                 group.occluded_by_triangles(self, &local, t_max, accept)
-                    || group.occluded_by_quadrics(self, &local, t_max, accept)
+                    || group.occluded_by_analytic(self, &local, t_max, accept)
             })
     }
 
     /// The surface at a hit.
     #[inline(always)]
     pub fn surface(&self, hit: &Hit, ray: &Ray) -> Surface {
+        let Some(i) = hit.instance else { return self.unplaced(&hit.primitive, hit.t, ray) };
+        let instance = &self.instances[i as usize];
         let mut surface = match &hit.primitive {
-            Primitive::Triangle(i, b) => self.triangles.surface(*i, *b, hit.t, ray.time),
-            Primitive::Quadric(i, h) => self.quadrics[*i as usize].surface(*i, h, ray.time),
+            // Only curves ask for the ray.
+            Primitive::Curve(..) => self.unplaced(&hit.primitive, hit.t, &instance.local(ray)),
+            primitive => self.unplaced(primitive, hit.t, ray),
         };
-        if let Some(i) = hit.instance {
-            place(&mut surface, i, &self.instances[i as usize].to_world);
+        match &instance.motion {
+            None => place(&mut surface, i, &instance.to_world),
+            Some(motion) => place(&mut surface, i, &motion.at(ray.time)),
         }
         surface
     }
 
+    /// The surface of a primitive that `ray` met at `t`, both in its group's space.
+    #[inline(always)]
+    pub(crate) fn unplaced(&self, primitive: &Primitive, t: f32, ray: &Ray) -> Surface {
+        match primitive {
+            Primitive::Triangle(i, b) => self.triangles.surface(*i, *b, t, ray.time),
+            Primitive::Quadric(i, h) => self.quadrics[*i as usize].surface(*i, h, ray.time),
+            Primitive::Curve(i, h) => self.curve_surface(*i, h, ray),
+        }
+    }
+
+    #[inline(never)]
+    fn curve_surface(&self, piece: u32, hit: &CurveHit, ray: &Ray) -> Surface {
+        let number = self.quadrics.len() as u32 + piece;
+        self.curves.surface((piece, number), hit, ray)
+    }
+
     /// ∂p/∂u and ∂p/∂v at a surface, world space; some tangents where the uvs are degenerate.
     pub fn tangents(&self, s: &Surface) -> (Vec3, Vec3) {
-        let instance = s.instance.map(|i| &self.instances[i as usize]);
+        let to_world = s.instance.map(|i| self.instances[i as usize].at(s.time));
         let (dpdu, dpdv) = match s.triangle {
-            u32::MAX => {
-                let p = instance.map_or(s.p, |i| i.from_world.point(s.p));
-                self.quadrics[s.quadric as usize].tangents_at(p)
-            }
+            u32::MAX => match s.analytic.checked_sub(self.quadrics.len() as u32) {
+                None => {
+                    let p = to_world.map_or(s.p, |t| t.inverse().point(s.p));
+                    self.quadrics[s.analytic as usize].tangents_at(p)
+                }
+                Some(piece) => {
+                    let ns = to_world.map_or(s.ns, |t| t.inverse().normal(s.ns).normalize());
+                    self.curves.tangents(piece, s.uv, ns)
+                }
+            },
             triangle => self.triangles.tangents(triangle),
         };
-        match instance {
-            Some(i) => (i.to_world.vector(dpdu), i.to_world.vector(dpdv)),
+        match to_world {
+            Some(t) => (t.vector(dpdu), t.vector(dpdv)),
             None => (dpdu, dpdv),
         }
     }
 
     /// Bytes held by the hierarchies.
     pub fn memory_bytes(&self) -> usize {
-        self.groups.iter().map(|g| g.triangles.memory_bytes()).sum()
+        let bytes = |g: &Group| g.triangles.memory_bytes() + g.analytic.memory_bytes();
+        self.groups.iter().map(bytes).sum()
+    }
+}
+
+impl Instance {
+    /// A ray in the group's space, at the ray's time.
+    #[inline]
+    fn local(&self, ray: &Ray) -> Ray {
+        match &self.motion {
+            None => self.from_world.ray(ray),
+            Some(motion) => motion.at(ray.time).inverse().ray(ray),
+        }
+    }
+
+    /// Group space to world at a time.
+    fn at(&self, time: f32) -> Transform {
+        self.motion.as_ref().map_or(self.to_world, |m| m.at(time))
+    }
+
+    /// The box around all places where it puts its group with these bounds.
+    pub(crate) fn bounds(&self, group: &Bounds3) -> Bounds3 {
+        match &self.motion {
+            None => self.to_world.bounds(group),
+            Some(motion) => motion.bounds(group),
+        }
     }
 }
 
 impl Group {
     /// The box around the group.
     pub fn bounds(&self) -> Bounds3 {
-        self.triangles.bounds().union(self.quadrics.bounds())
+        self.triangles.bounds().union(self.analytic.bounds())
     }
 
     fn triangle(&self, hit: &TriangleHit) -> Primitive {
@@ -235,7 +296,7 @@ impl Group {
             self.triangles.intersect(ray, t_max)
         };
         let best = hit.map(|h| self.hit(&h));
-        self.with_quadrics(best, all, ray, t_max, accept)
+        self.with_analytic(best, all, ray, t_max, accept)
     }
 
     #[inline]
@@ -245,7 +306,7 @@ impl Group {
 
     /// The nearer of `best` and what analytic shapes have.
     #[inline]
-    fn with_quadrics(
+    fn with_analytic(
         &self,
         best: Option<Hit>,
         all: &Geometry,
@@ -253,15 +314,14 @@ impl Group {
         t_max: f32,
         accept: &impl Accept,
     ) -> Option<Hit> {
-        if self.quadric_count == 0 {
+        if self.analytic_count == 0 {
             return best;
         }
         let limit = best.map_or(t_max, |h| h.t);
-        let nearest = self.quadrics.intersect(ray, limit, |i, t_max| {
-            let index = self.first_quadric + i;
-            let hit = all.quadrics[index as usize].intersect(ray, t_max)?;
-            let primitive = Primitive::Quadric(index, hit);
-            (!all.has_holes || accept(&primitive, ray)).then_some((hit.t, primitive))
+        let mut space = None;
+        let nearest = self.analytic.intersect(ray, limit, |i, t_max| {
+            let (t, primitive) = self.meet(all, i, ray, &mut space, t_max)?;
+            (!all.has_holes || accept(&primitive, ray)).then_some((t, primitive))
         });
         nearest.map_or(best, |(t, _, primitive)| Some(Hit { t, primitive, instance: None }))
     }
@@ -282,20 +342,45 @@ impl Group {
     }
 
     #[inline]
-    fn occluded_by_quadrics(
+    fn occluded_by_analytic(
         &self,
         all: &Geometry,
         ray: &Ray,
         t_max: f32,
         accept: &impl Accept,
     ) -> bool {
-        self.quadric_count > 0
-            && self.quadrics.any(ray, t_max, |i, t_max| {
-                let index = self.first_quadric + i;
-                all.quadrics[index as usize].intersect(ray, t_max).is_some_and(|hit| {
-                    !all.has_holes || accept(&Primitive::Quadric(index, hit), ray)
-                })
-            })
+        if self.analytic_count == 0 {
+            return false;
+        }
+        let mut space = None;
+        self.analytic.any(ray, t_max, |i, t_max| {
+            self.meet(all, i, ray, &mut space, t_max)
+                .is_some_and(|(_, primitive)| !all.has_holes || accept(&primitive, ray))
+        })
+    }
+
+    /// Where a ray meets the group's analytic shape `i`; `space` keeps the ray's coordinates for
+    /// the next curve.
+    #[inline(always)]
+    fn meet(
+        &self,
+        all: &Geometry,
+        i: u32,
+        ray: &Ray,
+        space: &mut Option<RaySpace>,
+        t_max: f32,
+    ) -> Option<(f32, Primitive)> {
+        if i < self.quadric_count {
+            let index = self.first_quadric + i;
+            let hit = all.quadrics[index as usize].intersect(ray, t_max)?;
+            return Some((hit.t, Primitive::Quadric(index, hit)));
+        }
+        if space.is_none() {
+            *space = RaySpace::new(ray);
+        }
+        let piece = self.first_piece + i - self.quadric_count;
+        let hit = all.curves.intersect(piece, space.as_ref()?, t_max)?;
+        Some((hit.t, Primitive::Curve(piece, hit)))
     }
 }
 
@@ -322,6 +407,7 @@ impl Primitive {
         match self {
             Primitive::Triangle(i, _) => geometry.triangles.mesh(*i).shape,
             Primitive::Quadric(i, _) => geometry.quadrics[*i as usize].shape,
+            Primitive::Curve(i, _) => geometry.curves.set(*i).shape,
         }
     }
 
@@ -330,6 +416,7 @@ impl Primitive {
         let (id, t) = match self {
             Primitive::Triangle(i, b) => (*i as u64, b[1].to_bits()),
             Primitive::Quadric(i, h) => (*i as u64 | 1 << 40, h.t.to_bits()),
+            Primitive::Curve(i, h) => (*i as u64 | 1 << 41, h.t.to_bits()),
         };
         let bits = |v: Vec3| {
             (v.x.to_bits() as u64) ^ (v.y.to_bits() as u64) << 21 ^ (v.z.to_bits() as u64) << 42

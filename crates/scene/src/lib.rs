@@ -14,6 +14,7 @@ mod geometry;
 pub mod lanes;
 mod light;
 mod material;
+mod moving;
 mod scene;
 mod shape;
 mod surface;

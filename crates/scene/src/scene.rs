@@ -132,12 +132,7 @@ impl Scene {
     #[inline]
     fn is_hole(&self, p: &Primitive, ray: &Ray) -> bool {
         let Some(alpha) = self.shapes[p.shape(&self.geometry) as usize].alpha else { return false };
-        let s = match p {
-            Primitive::Triangle(i, b) => self.geometry.triangles.surface(*i, *b, 0.0, ray.time),
-            Primitive::Quadric(i, h) => {
-                self.geometry.quadrics[*i as usize].surface(*i, h, ray.time)
-            }
-        };
+        let s = self.geometry.unplaced(p, 0.0, ray);
         let a = self.textures.float(alpha, &TexturePoint::of(&self.geometry, &s));
         a < 1.0 && (a <= 0.0 || (p.hash(ray) >> 40) as f32 / (1u64 << 24) as f32 >= a)
     }

@@ -30,8 +30,8 @@ pub struct Surface {
     pub shape: u32,
     /// Index of the triangle in the scene's list; `u32::MAX` for analytic shapes.
     pub triangle: u32,
-    /// Index of the analytic shape in the scene's list; `u32::MAX` for triangles.
-    pub quadric: u32,
+    /// Number of the analytic shape, pieces of curves after quadrics; `u32::MAX` for triangles.
+    pub analytic: u32,
     /// Through which instance it was met.
     pub instance: Option<u32>,
     /// Barycentric weights of the triangle's corners 1 and 2.

@@ -40,6 +40,7 @@ pub(super) fn camera(
     span: Option<Span>,
 ) -> CameraDesc {
     CameraDesc {
+        motion: Vec::new(),
         name: name.into(),
         kind,
         transform,

@@ -52,7 +52,7 @@ impl Reader<'_> {
                 GroupId(self.out.groups.len() as u32 - 1)
             });
             let (transform, span) = (p.transform, p.span);
-            self.out.instances.push(InstanceDesc { group, transform, span });
+            self.out.instances.push(InstanceDesc { group, transform, motion: Vec::new(), span });
         }
         Ok(())
     }

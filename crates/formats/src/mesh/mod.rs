@@ -19,6 +19,7 @@ pub mod normals;
 pub mod obj;
 pub mod ply;
 pub mod serialized;
+mod subdivide;
 #[cfg(test)]
 mod tests;
 mod write_ply;
@@ -33,6 +34,7 @@ use kaustika_scene::description::TriMesh;
 
 pub use error::{Fault, MeshCause, MeshError, MeshNote, Place};
 pub use normals::NormalPolicy;
+pub use subdivide::subdivide;
 pub use write_ply::write_ply;
 
 /// How to read a mesh.

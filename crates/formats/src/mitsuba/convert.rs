@@ -6,7 +6,8 @@ use super::textures::Role;
 use super::{document, parse, upgrade};
 use kaustika_math::{Transform, Vec3};
 use kaustika_scene::description::{
-    Diagnostic, GroupId, MaterialId, MediumDesc, MediumId, SceneDescription, Span, TextureId,
+    Diagnostic, GroupId, MaterialId, MediumDesc, MediumId, MotionKey, SceneDescription, Span,
+    TextureId,
 };
 use std::collections::{HashMap, HashSet};
 
@@ -270,25 +271,52 @@ impl<'a> Converter<'a> {
         }
     }
 
-    /// A transform that must have an inverse; the identity if it is not given.
+    /// A transform that must have an inverse; the identity if it is not given, and the first
+    /// where it moves, with a warning.
     pub(super) fn transform(&mut self, object: &'a Object, name: &'static str) -> Transform {
-        let Some(p) = object.get(name) else { return Transform::IDENTITY };
+        let (transform, keys) = self.placement(object, name);
+        if !keys.is_empty() {
+            let span = object.get(name).map_or(object.span, |p| p.span);
+            let message = format!("a {} does not move here", object.kind.word());
+            self.out.diagnostics.warning(span, message).label("the first key stands for all");
+        }
+        transform
+    }
+
+    /// A transform that must have an inverse, and the keys if it moves.
+    pub(super) fn placement(
+        &mut self,
+        object: &'a Object,
+        name: &'static str,
+    ) -> (Transform, Vec<MotionKey>) {
+        let Some(p) = object.get(name) else { return (Transform::IDENTITY, Vec::new()) };
         match &p.value {
-            Value::Transform(m) => document::invertible(m).unwrap_or_else(|| {
-                self.out
-                    .diagnostics
-                    .error(
-                        p.span,
-                        format!("the transform `{}` has no inverse", spelling(object, name)),
-                    )
-                    .hint("no axis may be scaled by zero");
-                Transform::IDENTITY
-            }),
+            Value::Transform(m) => (self.invertible(object, p, m), Vec::new()),
+            Value::Motion(keys) => {
+                let keys: Vec<MotionKey> = keys
+                    .iter()
+                    .map(|(time, m)| MotionKey {
+                        time: *time as f32,
+                        transform: self.invertible(object, p, m),
+                    })
+                    .collect();
+                (keys[0].transform, keys)
+            }
             _ => {
                 self.wrong_type(object, p, "a transform");
-                Transform::IDENTITY
+                (Transform::IDENTITY, Vec::new())
             }
         }
+    }
+
+    /// The transform of a matrix; an error, and the identity, if it has no inverse.
+    fn invertible(&mut self, object: &Object, p: &Parameter, m: &[[f64; 4]; 4]) -> Transform {
+        document::invertible(m).unwrap_or_else(|| {
+            let message = format!("the transform `{}` has no inverse", spelling(object, &p.name));
+            let error = self.out.diagnostics.error(p.span, message);
+            error.hint("no axis may be scaled by zero");
+            Transform::IDENTITY
+        })
     }
 
     /// The file a parameter names; none is an error.

@@ -108,6 +108,8 @@ pub(super) enum Value {
     },
     /// Rows; may be singular (2D transforms).
     Transform([[f64; 4]; 4]),
+    /// Rows at rising times.
+    Motion(Vec<(f64, [[f64; 4]; 4])>),
     Object(ObjectId),
     /// Name of an object, not yet looked up.
     Reference(String),
@@ -126,6 +128,7 @@ impl Value {
             Value::Spectrum(_) => "a spectrum",
             Value::Blackbody { .. } => "a black body",
             Value::Transform(_) => "a transform",
+            Value::Motion(_) => "an animation",
             Value::Object(_) | Value::Reference(_) => "an object",
         }
     }

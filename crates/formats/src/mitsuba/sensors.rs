@@ -57,9 +57,17 @@ impl<'a> Converter<'a> {
     /// A sensor, perhaps one on a shape.
     pub(super) fn camera(&mut self, id: ObjectId, shape: Option<usize>) -> Option<CameraDesc> {
         let object = self.object(id);
-        let (kind, transform) = match self.meter(object, shape) {
-            Some(meter) => meter?,
-            None => self.optics(object)?,
+        let (kind, transform, motion) = match self.meter(object, shape) {
+            Some(meter) => {
+                let (kind, transform) = meter?;
+                (kind, transform, Vec::new())
+            }
+            None => {
+                let (kind, turn) = self.optics(object)?;
+                let (transform, mut motion) = self.placement(object, "to_world");
+                motion.iter_mut().for_each(|key| key.transform = key.transform * turn);
+                (kind, transform * turn, motion)
+            }
         };
         let shutter = ["shutter_open", "shutter_close"].map(|n| self.number(object, n, 0.0));
         let film = self.film(object);
@@ -67,10 +75,22 @@ impl<'a> Converter<'a> {
         let medium = self.medium_around(object);
         object.ignore(&["srf"]);
         self.finish(id);
-        let (name, span) = (object.id.clone(), Some(object.span));
-        Some(CameraDesc { name, kind, transform, shutter, medium, film, sampler, spp, seed, span })
+        Some(CameraDesc {
+            name: object.id.clone(),
+            kind,
+            transform,
+            motion,
+            shutter,
+            medium,
+            film,
+            sampler,
+            spp,
+            seed,
+            span: Some(object.span),
+        })
     }
 
+    /// The optics, and the description's camera space to the sensor's.
     fn optics(&mut self, object: &'a Object) -> Option<(CameraKind, Transform)> {
         let plugin = object.plugin.as_str();
         match plugin {
@@ -84,8 +104,7 @@ impl<'a> Converter<'a> {
                     [0.0, 0.0, 0.0, 1.0],
                 ];
                 let turn = Transform::from_rows(rows)?;
-                let transform = self.transform(object, "to_world") * turn;
-                return Some((CameraKind::Spherical { equal_area: false }, transform));
+                return Some((CameraKind::Spherical { equal_area: false }, turn));
             }
             "fluencemeter" => {
                 self.replaced(object, "left out");
@@ -132,7 +151,7 @@ impl<'a> Converter<'a> {
                 far_clip,
             }
         };
-        Some((kind, self.transform(object, "to_world") * mirror_x()))
+        Some((kind, mirror_x()))
     }
 
     fn aperture(&mut self, object: &'a Object, required: bool) -> f32 {

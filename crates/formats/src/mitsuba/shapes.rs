@@ -1,15 +1,16 @@
 //! Shapes, shape groups and instances.
 
 use super::convert::{Converter, old, vec3};
-use super::document::{Kind, Object, ObjectId};
+use super::document::{Kind, Object, ObjectId, Value};
 use super::matrix;
 use super::resources::MeshPlace;
 use super::textures::Role;
+use crate::curve_file::{ControlPoint, read_curves};
 use crate::resources::{MeshRequest, NormalMode};
 use kaustika_math::{Transform, Vec3};
 use kaustika_scene::description::{
-    EmissionDesc, GeometryDesc, GroupDesc, GroupId, InstanceDesc, MediumId, ShapeDesc, Span,
-    TriMesh,
+    CurveProfile, CurveSegment, Curves, EmissionDesc, GeometryDesc, GroupDesc, GroupId,
+    InstanceDesc, MediumId, ShapeDesc, Span, TriMesh,
 };
 use std::sync::Arc;
 
@@ -26,6 +27,8 @@ const KNOWN: &[&str] = &[
     "shapegroup",
     "instance",
     "merge",
+    "bsplinecurve",
+    "linearcurve",
 ];
 
 /// Geometry with its own placement, and a mesh file if there is one to load.
@@ -59,6 +62,7 @@ impl<'a> Converter<'a> {
                 self.instance(id);
                 self.finish(id);
             }
+            _ if self.moves(object) => self.moving_shape(id),
             _ => {
                 if let Some(desc) = self.form_of(id, None, self.out.shapes.len()) {
                     self.out.shapes.push(desc);
@@ -67,9 +71,30 @@ impl<'a> Converter<'a> {
         }
     }
 
+    /// True if a shape moves; light sources do not.
+    fn moves(&self, object: &'a Object) -> bool {
+        let moving = object.get("to_world").is_some_and(|p| matches!(p.value, Value::Motion(_)));
+        moving && self.children(object, Kind::Emitter).is_empty()
+    }
+
+    /// A shape that moves: a group of its own, placed once.
+    fn moving_shape(&mut self, id: ObjectId) {
+        let object = self.object(id);
+        let (transform, motion) = self.placement(object, "to_world");
+        let group = GroupId(self.out.groups.len() as u32);
+        self.out.groups.push(GroupDesc::default());
+        if let Some(mut desc) = self.form_of(id, Some(group), 0) {
+            // Curves stand where they were read.
+            desc.transform = transform.inverse() * desc.transform;
+            self.out.groups[group.0 as usize].shapes.push(desc);
+            let span = Some(object.span);
+            self.out.instances.push(InstanceDesc { group, transform, motion, span });
+        }
+    }
+
     fn instance(&mut self, id: ObjectId) {
         let object = self.object(id);
-        let transform = self.transform(object, "to_world");
+        let (transform, motion) = self.placement(object, "to_world");
         let group = self.child(object, Kind::Shape);
         let Some((p, group)) = group else {
             self.out.diagnostics.error(object.span, "an instance needs a `shapegroup`");
@@ -83,7 +108,7 @@ impl<'a> Converter<'a> {
         }
         let group = self.group(group);
         let span = Some(object.span);
-        self.out.instances.push(InstanceDesc { group, transform, span });
+        self.out.instances.push(InstanceDesc { group, transform, motion, span });
     }
 
     fn group(&mut self, id: ObjectId) -> GroupId {
@@ -118,7 +143,13 @@ impl<'a> Converter<'a> {
     fn form_of(&mut self, id: ObjectId, group: Option<GroupId>, at: usize) -> Option<ShapeDesc> {
         let object = self.object(id);
         let form = self.form(object)?;
-        let to_world = self.transform(object, "to_world");
+        let is_curve = matches!(form.geometry, GeometryDesc::Curves(_));
+        // Curves stand where they were read; their radii do not grow.
+        let to_world = match is_curve {
+            true => Transform::IDENTITY,
+            false if group.is_none() => self.transform(object, "to_world"),
+            false => self.placement(object, "to_world").0,
+        };
         let mut flip_normals = self.boolean(object, "flip_normals", false);
         // Mitsuba 3 turns spheres and cylinders inside out when they are mirrored.
         let quadric =
@@ -126,7 +157,12 @@ impl<'a> Converter<'a> {
         if quadric && !old(object) && to_world.swaps_handedness() {
             flip_normals = !flip_normals;
         }
-        let emission = self.emission(object);
+        let mut emission = self.emission(object);
+        if emission.is_some() && is_curve {
+            let message = "light sources on curves are not supported";
+            self.out.diagnostics.warning(object.span, message).label("does not shine");
+            emission = None;
+        }
         let material = match self.child(object, Kind::Bsdf) {
             Some((_, bsdf)) => self.material(bsdf),
             None => self.default_material(emission.is_some()),
@@ -174,6 +210,7 @@ impl<'a> Converter<'a> {
             "obj" | "ply" | "serialized" => self.mesh(object),
             "rectangle" => GeometryDesc::Rectangle.into(),
             "cube" => GeometryDesc::Cube.into(),
+            "bsplinecurve" | "linearcurve" => GeometryDesc::Curves(self.curves(object)?).into(),
             "disk" => {
                 GeometryDesc::Disk { height: 0.0, radius: 1.0, inner_radius: 0.0, phi_max: 360.0 }
                     .into()
@@ -223,6 +260,39 @@ impl<'a> Converter<'a> {
         let local = super::document::invertible(&frame)?;
         let geometry = GeometryDesc::Cylinder { radius, z_min: 0.0, z_max: length, phi_max: 360.0 };
         Some(Form { geometry, local, mesh: None })
+    }
+
+    /// The curves of a file, in the space around.
+    fn curves(&mut self, object: &'a Object) -> Option<Arc<Curves>> {
+        let to_world = self.transform(object, "to_world");
+        let (path, span) = self.file(object, "filename")?;
+        let is_spline = object.plugin == "bsplinecurve";
+        let curves = match read_curves(&path, if is_spline { 4 } else { 2 }) {
+            Ok(curves) => curves,
+            Err(cause) => {
+                self.out.diagnostics.error(span, format!("can't read curves {cause}"));
+                return None;
+            }
+        };
+        let point = |p: &ControlPoint| to_world.point(Vec3::new(p[0], p[1], p[2]));
+        let splines = |c: &Vec<ControlPoint>| -> Vec<CurveSegment> {
+            let of = |w: &[ControlPoint]| {
+                let (p, r) = (|i: usize| point(&w[i]), |i: usize| w[i][3]);
+                CurveSegment::from_bspline([0, 1, 2, 3].map(p), [0, 1, 2, 3].map(r))
+            };
+            c.windows(4).map(of).collect()
+        };
+        let lines = |c: &Vec<ControlPoint>| -> Vec<CurveSegment> {
+            let of = |w: &[ControlPoint]| {
+                CurveSegment::straight([point(&w[0]), point(&w[1])], [w[0][3], w[1][3]])
+            };
+            c.windows(2).map(of).collect()
+        };
+        let (profile, segments) = match is_spline {
+            true => (CurveProfile::Tube, curves.iter().flat_map(splines).collect()),
+            false => (CurveProfile::Spheres, curves.iter().flat_map(lines).collect()),
+        };
+        Some(Arc::new(Curves { profile, segments, normals: Vec::new() }))
     }
 
     fn mesh(&mut self, object: &'a Object) -> Form {

@@ -19,25 +19,29 @@ impl Parser {
         }
     }
 
-    /// Mitsuba 0.6's moving transforms: the first key stands for all.
+    /// Mitsuba 0.6's moving transforms.
     pub(super) fn animation_value(&mut self, ctx: &FileContext, node: Node, parent: ObjectId) {
         let Some(a) = self.attributes(ctx, node, &["name"], &[]) else { return };
         let keys: Vec<Node> = node.children().filter(Node::is_element).collect();
-        let Some(first) = keys.first() else {
+        if keys.is_empty() {
             self.diagnostics.error(ctx.tag_span(node), "an animation needs a `<transform>`");
             return;
+        }
+        let made: Option<Vec<_>> = keys.iter().map(|key| self.key(ctx, *key)).collect();
+        let Some(mut made) = made else { return };
+        made.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let value = match made[..] {
+            [(_, matrix)] => Value::Transform(matrix),
+            _ => Value::Motion(made),
         };
-        if keys.len() > 1 {
-            self.diagnostics
-                .warning(ctx.tag_span(node), "moving objects are not supported yet")
-                .hint("everything stands where the first key puts it");
-        }
-        if self.attributes(ctx, *first, &["time"], &[]).is_none() {
-            return;
-        }
-        if let Some(matrix) = self.steps(ctx, *first) {
-            self.set(ctx, node, parent, &a, Ok(Value::Transform(matrix)));
-        }
+        self.set(ctx, node, parent, &a, Ok(value));
+    }
+
+    /// A transform and its time.
+    fn key(&mut self, ctx: &FileContext, node: Node) -> Option<(f64, Matrix)> {
+        let a = self.attributes(ctx, node, &["time"], &[])?;
+        let time = a.get("time")?;
+        Some((self.check(values::number(&time.value), time.span)?, self.steps(ctx, node)?))
     }
 
     fn steps(&mut self, ctx: &FileContext, node: Node) -> Option<Matrix> {

@@ -1,6 +1,5 @@
 //! Directives that open, close and place parts of a scene.
 
-use super::directive::ANIMATED;
 use super::entity::{ATTRIBUTE_TARGETS, InstanceEntity, NameRef, ObjectEntity};
 use super::files;
 use super::lexer::Lexer;
@@ -137,12 +136,9 @@ impl Reader {
             self.diag.error(span, "`ObjectInstance` inside an object");
             return Ok(());
         }
-        if self.state.ctm[0] != self.state.ctm[1] {
-            self.notes.warning(span, ANIMATED);
-        }
         let object = NameRef { name, order: self.order };
-        let transform = self.state.ctm[0];
-        self.scene.instances.push(InstanceEntity { object, transform, span });
+        let place = self.place(span);
+        self.scene.instances.push(InstanceEntity { object, place, span });
         Ok(())
     }
 }

@@ -87,8 +87,8 @@ const SPACES: [(&str, ColorSpace); 4] = [
     ("aces2065-1", ColorSpace::Aces2065_1),
 ];
 
-/// Told where a transform moves.
-pub(super) const ANIMATED: &str = "animated transforms are not rendered yet, using the start";
+/// Told where a transform moves what can't.
+pub(super) const ANIMATED: &str = "lights and textures do not move, using the start";
 
 impl Reader {
     /// Runs the directive that starts with `token`.
@@ -131,9 +131,7 @@ impl Reader {
             "CoordSysTransform" => self.coord_sys_transform(lexer)?,
             "Identity" | "Translate" | "Scale" | "Rotate" | "LookAt" | "Transform"
             | "ConcatTransform" => self.transform(lexer, name, span)?,
-            "TransformTimes" => {
-                self.numbers::<2>(lexer)?;
-            }
+            "TransformTimes" => self.transform_times(lexer, span)?,
             "Include" | "Import" => self.include(lexer, name == "Import")?,
             "ReverseOrientation" => self.state.reverse = !self.state.reverse,
             "WorldBegin" => self.world_begin(span),
@@ -190,11 +188,9 @@ impl Reader {
             "Camera" => {
                 upgrade::camera(&mut e, self);
                 self.systems.insert("camera".into(), self.state.ctm.map(|t| t.inverse()));
-                if animated {
-                    self.notes.warning(span, ANIMATED);
-                }
-                let transform = transform.inverse();
-                self.scene.camera = Some(CameraEntity { entity: e, transform, medium });
+                let mut place = self.place(span);
+                place.transforms = place.transforms.map(|t| t.inverse());
+                self.scene.camera = Some(CameraEntity { entity: e, place, medium });
             }
             "LightSource" => {
                 upgrade::light(&mut e, self);
@@ -243,9 +239,6 @@ impl Reader {
             }
             _ => {
                 upgrade::shape(&mut e, self);
-                if animated {
-                    self.notes.warning(span, ANIMATED);
-                }
                 self.shape(e);
             }
         }
@@ -253,10 +246,11 @@ impl Reader {
     }
 
     fn shape(&mut self, entity: Entity) {
+        let place = self.place(entity.span);
         let s = &self.state;
         let shape = ShapeEntity {
             entity,
-            transform: s.ctm[0],
+            place,
             reverse: s.reverse,
             material: s.material.clone(),
             area_light: s.area_light,

@@ -121,6 +121,8 @@ fn area(geometry: &GeometryDesc, t: &Transform) -> (f32, usize, bool) {
         GeometryDesc::Cylinder { radius, z_min, z_max, phi_max } => {
             ((z_max - z_min) * radius * phi_max.to_radians(), 1, true)
         }
+        // They do not shine.
+        GeometryDesc::Curves(_) => (0.0, 0, true),
         GeometryDesc::Rectangle => (4.0, 1, true),
         GeometryDesc::Cube => (24.0, 1, true),
     }

@@ -2,7 +2,7 @@
 
 use super::param::{Param, Params, Text};
 use kaustika_math::Transform;
-use kaustika_scene::description::Span;
+use kaustika_scene::description::{MotionKey, Span};
 use kaustika_spectra::ColorSpace;
 use std::collections::HashMap;
 use std::rc::Rc;
@@ -93,12 +93,37 @@ pub(super) struct MediumEntity {
     pub entity: Entity,
 }
 
+/// Where something stands at the start and at the end of `TransformTimes`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Place {
+    pub transforms: [Transform; 2],
+    pub times: [f32; 2],
+}
+
+impl Place {
+    /// True if it stands still.
+    pub fn is_still(&self) -> bool {
+        self.transforms[0] == self.transforms[1]
+    }
+
+    /// As keys; none where it stands still.
+    pub fn motion(&self) -> Vec<MotionKey> {
+        let key = |i: usize| MotionKey { time: self.times[i], transform: self.transforms[i] };
+        if self.is_still() { Vec::new() } else { vec![key(0), key(1)] }
+    }
+
+    /// True if one transform mirrors and the other does not: there is no way between them.
+    pub fn turns_over(&self) -> bool {
+        self.transforms[0].swaps_handedness() != self.transforms[1].swaps_handedness()
+    }
+}
+
 /// `Camera`.
 #[derive(Clone, Debug)]
 pub(super) struct CameraEntity {
     pub entity: Entity,
     /// Camera to world.
-    pub transform: Transform,
+    pub place: Place,
     pub medium: Option<Text>,
 }
 
@@ -128,7 +153,7 @@ pub(super) enum MaterialRef {
 pub(super) struct ShapeEntity {
     pub entity: Entity,
     /// Object to world.
-    pub transform: Transform,
+    pub place: Place,
     pub reverse: bool,
     pub material: MaterialRef,
     /// Number of its `AreaLightSource`.
@@ -148,7 +173,7 @@ pub(super) struct ObjectEntity {
 #[derive(Clone, Debug)]
 pub(super) struct InstanceEntity {
     pub object: NameRef,
-    pub transform: Transform,
+    pub place: Place,
     pub span: Span,
 }
 

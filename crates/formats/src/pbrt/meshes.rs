@@ -3,6 +3,7 @@
 use super::build::Builder;
 use super::entity::Entity;
 use super::param::ParamType;
+use crate::mesh::subdivide;
 use kaustika_math::Vec3;
 use kaustika_scene::description::{GeometryDesc, TriMesh};
 use std::sync::Arc;
@@ -25,24 +26,22 @@ impl Builder {
         Some(GeometryDesc::Mesh(face_normals(Arc::new(mesh))))
     }
 
-    /// The control mesh of a Loop subdivision surface. pbrt shows the limit surface and its
-    /// normals; ours are the mean of the faces about a vertex, weighted by their areas.
-    pub fn control_mesh(&mut self, e: &mut Entity) -> Option<GeometryDesc> {
+    /// A Loop subdivision surface.
+    pub fn subdivision(&mut self, e: &mut Entity) -> Option<GeometryDesc> {
         let diag = &mut self.desc.diagnostics;
-        e.params.int(diag, "levels", 3);
+        let levels = e.params.int(diag, "levels", 3);
+        // The only one there is.
         e.params.string(diag, "scheme");
-        let message = "shape `loopsubdiv` is not subdivided, its control mesh is smoothed";
-        self.notes.warning(e.kind.span, message);
         let (positions, indices) = self.corners::<3>(e)?;
-        let mut normals = vec![Vec3::ZERO; positions.len()];
-        for corners in &indices {
-            let [a, b, c] = corners.map(|i| positions[i as usize]);
-            let n = (b - a).cross(c - a);
-            corners.iter().for_each(|&i| normals[i as usize] += n);
+        let levels = u32::try_from(levels).unwrap_or(0);
+        match subdivide(positions, indices, levels) {
+            Ok(mesh) => Some(GeometryDesc::Mesh(face_normals(Arc::new(mesh)))),
+            Err(cause) => {
+                let place = e.params.place("indices");
+                self.desc.diagnostics.error(place, format!("can't subdivide: {cause}"));
+                None
+            }
         }
-        normals.iter_mut().for_each(|n| *n = n.try_normalize().unwrap_or(Vec3::ZERO));
-        let mesh = TriMesh { positions, normals, indices, ..TriMesh::default() };
-        Some(GeometryDesc::Mesh(Arc::new(mesh)))
     }
 
     /// `P`, `indices`, `N`, `uv` of bilinear patches.

@@ -13,6 +13,7 @@
 
 mod blocks;
 mod build;
+mod curves;
 mod directive;
 mod emission;
 mod entity;

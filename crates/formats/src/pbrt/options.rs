@@ -2,7 +2,7 @@
 //! cameras.cpp, film.cpp, filters.cpp, samplers.cpp, cpu/integrators.cpp).
 
 use super::build::Builder;
-use super::entity::{CameraEntity, Entity};
+use super::entity::{CameraEntity, Entity, Place};
 use kaustika_math::Transform;
 use kaustika_scene::description::{CameraDesc, CameraKind, FilmDesc, FilterChoice, FovAxis, Span};
 
@@ -31,10 +31,10 @@ impl Builder {
         self.integrator();
         let camera = self.scene.camera.take().unwrap_or_else(|| CameraEntity {
             entity: default("perspective"),
-            transform: Transform::IDENTITY,
+            place: Place { transforms: [Transform::IDENTITY; 2], times: [0.0, 1.0] },
             medium: None,
         });
-        let CameraEntity { entity: mut e, transform, medium } = camera;
+        let CameraEntity { entity: mut e, place, medium } = camera;
         let shutter = self.shutter(&mut e);
         let film = self.film(shutter[1] - shutter[0]);
         let kind = self.camera_kind(&mut e, film.resolution);
@@ -46,7 +46,8 @@ impl Builder {
         self.desc.cameras.push(CameraDesc {
             name: String::new(),
             kind,
-            transform,
+            transform: place.transforms[0],
+            motion: place.motion(),
             shutter,
             medium,
             film,

@@ -1,6 +1,6 @@
 //! Reads files and runs their directives on the graphics state.
 
-use super::entity::{Entities, GraphicsState};
+use super::entity::{Entities, GraphicsState, Place};
 use super::files;
 use super::lexer::{Lexer, Token, TokenKind, Unterminated};
 use super::notes::Notes;
@@ -37,6 +37,8 @@ pub(super) struct Reader {
     pub stack: Vec<Open>,
     /// Named coordinate systems.
     pub systems: HashMap<String, [Transform; 2]>,
+    /// `TransformTimes`.
+    pub times: [f32; 2],
     /// After `WorldBegin`.
     pub in_world: bool,
     /// Something that only pbrt-v3 knows was found.
@@ -64,6 +66,7 @@ impl Reader {
             state: GraphicsState { active: [true; 2], ..GraphicsState::default() },
             stack: Vec::new(),
             systems: HashMap::new(),
+            times: [0.0, 1.0],
             in_world: false,
             v3: false,
             object: None,
@@ -186,6 +189,19 @@ impl Reader {
                 Err(GivenUp)
             }
         }
+    }
+
+    /// The current transforms. Those that have no way between them are warned of, and the first
+    /// stands for both.
+    pub fn place(&mut self, span: Span) -> Place {
+        let place = Place { transforms: self.state.ctm, times: self.times };
+        if !place.turns_over() {
+            return place;
+        }
+        let message =
+            "the transform at the end mirrors what that at the start does not, using the start";
+        self.notes.warning(span, message);
+        Place { transforms: [place.transforms[0]; 2], ..place }
     }
 
     /// Folder of a file, by its number.

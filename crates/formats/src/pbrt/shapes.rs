@@ -12,10 +12,12 @@
 //! the latter, the transformed normal.
 
 use super::build::Builder;
+use super::curves::join;
 use super::entity::{Entity, ShapeEntity};
 use super::meshes::face_normals;
 use super::param::Text;
 use crate::resources::{self, MeshRequest, NormalMode};
+use kaustika_math::Transform;
 use kaustika_scene::description::{
     GeometryDesc, GroupDesc, GroupId, InstanceDesc, ShapeDesc, TextureId, TextureNode, TriMesh,
 };
@@ -54,20 +56,31 @@ impl Builder {
     /// All shapes, objects and instances.
     pub fn shapes(&mut self) {
         let mut meshes = Meshes::default();
-        for s in std::mem::take(&mut self.scene.shapes) {
+        let shapes = std::mem::take(&mut self.scene.shapes);
+        let (still, moving): (Vec<_>, Vec<_>) =
+            shapes.into_iter().partition(|s| self.stands_still(s));
+        for s in still {
             if let Some(shape) = self.shape(s, None, &mut meshes) {
-                self.desc.shapes.push(shape);
+                let shape = join(self.desc.shapes.last_mut(), shape);
+                self.desc.shapes.extend(shape);
             }
         }
         for (g, object) in std::mem::take(&mut self.scene.objects).into_iter().enumerate() {
             let name = object.name.text;
             self.desc.groups.push(GroupDesc { name, shapes: Vec::new() });
             for s in object.shapes {
+                if !s.place.is_still() {
+                    let message = "shapes do not move inside objects, using the start";
+                    self.notes.warning(s.entity.span, message);
+                }
                 if let Some(shape) = self.shape(s, Some(g), &mut meshes) {
-                    self.desc.groups[g].shapes.push(shape);
+                    let shapes = &mut self.desc.groups[g].shapes;
+                    let shape = join(shapes.last_mut(), shape);
+                    shapes.extend(shape);
                 }
             }
         }
+        self.moving_shapes(moving, &mut meshes);
         self.instances();
         self.load_meshes(meshes);
         for group in std::iter::once(&mut self.desc.shapes)
@@ -78,6 +91,39 @@ impl Builder {
         self.powers();
     }
 
+    /// False if the shape moves; shapes that shine do not.
+    fn stands_still(&mut self, s: &ShapeEntity) -> bool {
+        if s.place.is_still() {
+            return true;
+        }
+        if s.area_light.is_some() {
+            self.notes.warning(s.entity.span, "shapes that shine do not move, using the start");
+        }
+        s.area_light.is_some()
+    }
+
+    /// Shapes that move: those of one motion that follow one another become a group, placed once.
+    fn moving_shapes(&mut self, shapes: Vec<ShapeEntity>, meshes: &mut Meshes) {
+        let mut last = None;
+        for mut s in shapes {
+            let (place, span) = (s.place, Some(s.entity.span));
+            if last != Some(place) {
+                last = Some(place);
+                let group = GroupId(self.desc.groups.len() as u32);
+                self.desc.groups.push(GroupDesc::default());
+                let (transform, motion) = (place.transforms[0], place.motion());
+                self.desc.instances.push(InstanceDesc { group, transform, motion, span });
+            }
+            let g = self.desc.groups.len() - 1;
+            s.place.transforms = [Transform::IDENTITY; 2];
+            if let Some(shape) = self.shape(s, Some(g), meshes) {
+                let shapes = &mut self.desc.groups[g].shapes;
+                let shape = join(shapes.last_mut(), shape);
+                shapes.extend(shape);
+            }
+        }
+    }
+
     fn instances(&mut self) {
         for i in std::mem::take(&mut self.scene.instances) {
             let (name, names) = (&i.object.name, &self.scene.object_names);
@@ -85,7 +131,8 @@ impl Builder {
                 Some(g) => {
                     let group = GroupId(g as u32);
                     let span = Some(i.span);
-                    self.desc.instances.push(InstanceDesc { group, transform: i.transform, span });
+                    let (transform, motion) = (i.place.transforms[0], i.place.motion());
+                    self.desc.instances.push(InstanceDesc { group, transform, motion, span });
                 }
                 None => {
                     let message = format!("no object is called `{}`", name.text);
@@ -123,11 +170,16 @@ impl Builder {
             self.notes.warning(s.entity.span, message);
             emission = None;
         }
+        if emission.is_some() && matches!(geometry, Some(GeometryDesc::Curves(_))) {
+            let message = "lights on curves do not shine";
+            self.notes.warning(s.entity.span, message);
+            emission = None;
+        }
         let (interior, exterior) = (self.medium(&s.inside), self.medium(&s.outside));
         Some(ShapeDesc {
             name: String::new(),
             geometry: geometry?,
-            transform: s.transform,
+            transform: s.place.transforms[0],
             flip_normals: s.reverse,
             material,
             emission,
@@ -186,15 +238,10 @@ impl Builder {
                 Some(GeometryDesc::Cylinder { radius, z_min: a.min(b), z_max: a.max(b), phi_max })
             }
             "trianglemesh" => self.triangle_mesh(e),
-            "loopsubdiv" => self.control_mesh(e),
+            "loopsubdiv" => self.subdivision(e),
             "bilinearmesh" => self.bilinear_mesh(e),
             "plymesh" => self.ply_mesh(e, group, meshes),
-            "curve" => {
-                p.ignore_rest();
-                let message = "shape `curve` is not rendered yet, left out";
-                self.notes.warning(e.kind.span, message);
-                None
-            }
+            "curve" => self.curve(e),
             kind => {
                 p.ignore_rest();
                 let message = format!("unknown shape `{kind}`");

@@ -123,6 +123,20 @@ impl Reader {
         Ok(out)
     }
 
+    /// `TransformTimes`.
+    pub fn transform_times(&mut self, lexer: &mut Lexer, span: Span) -> Result<(), GivenUp> {
+        let [start, end] = self.numbers::<2>(lexer)?;
+        match start < end {
+            true => self.times = [start, end],
+            false => {
+                let message =
+                    format!("`TransformTimes {start} {end}` does not end after it starts");
+                self.diag.error(span, message);
+            }
+        }
+        Ok(())
+    }
+
     /// `ActiveTransform`.
     pub fn active_transform(&mut self, lexer: &mut Lexer) -> Result<(), GivenUp> {
         let before = lexer.pos;

@@ -68,6 +68,7 @@ fn camera() -> CameraDesc {
             far_clip: 1000.0,
         },
         transform: frame.then_after(&mirror),
+        motion: Vec::new(),
         shutter: [0.0; 2],
         medium: None,
         film: FilmDesc {

@@ -7,19 +7,22 @@
 //! film is left out, as in pbrt and Mitsuba.
 
 mod meter;
+mod moving;
 mod projective;
 mod spherical;
 
 pub use meter::Meter;
+pub use moving::Moving;
 pub use projective::Projective;
 pub use spherical::Spherical;
 
 use crate::description::{CameraDesc, CameraKind, ShapeDesc};
 use crate::error::BuildError;
 use crate::geometry::Geometry;
+use crate::moving::Placement;
 use crate::shape::ShapeSample;
 use kaustika_math::lanes::{Lanes, Vec3s};
-use kaustika_math::{Ray, Vec2, Vec3};
+use kaustika_math::{Bounds3, Ray, Vec2, Vec3};
 
 /// A ray from the camera into the scene.
 #[derive(Clone, Copy, Debug)]
@@ -99,6 +102,8 @@ pub enum Camera {
     Meter(Meter),
     /// Several side by side, each with so many columns of the film.
     Batch(Vec<Camera>, f32),
+    /// One of the others that moves.
+    Moving(Moving),
 }
 
 impl Camera {
@@ -112,6 +117,24 @@ impl Camera {
         shapes: &[ShapeDesc],
         geometry: &Geometry,
     ) -> Result<Camera, BuildError> {
+        if !desc.motion.is_empty() {
+            let mut still = CameraDesc { motion: Vec::new(), ..desc.clone() };
+            let motion = match Placement::new(&desc.transform, &desc.motion, desc.shutter) {
+                Placement::Still(transform) => {
+                    still.transform = transform;
+                    None
+                }
+                Placement::Moving(motion) => {
+                    still.transform = moving::AT_REST;
+                    Some(motion)
+                }
+            };
+            let at_rest = Camera::new(&still, resolution, shapes, geometry)?;
+            return Ok(match motion {
+                Some(motion) => Camera::Moving(Moving::new(at_rest, motion)),
+                None => at_rest,
+            });
+        }
         let meter = |meter: Option<Meter>| {
             let message = "what this sensor measures at has no area";
             meter.map(Camera::Meter).ok_or_else(|| BuildError::new(desc.span, message))
@@ -155,6 +178,7 @@ impl Camera {
                 let film = Vec2::new(film.x - columns * i as f32, film.y);
                 cameras[i].sample_we(film, lens, time)
             }
+            Camera::Moving(c) => c.sample_we(film, lens, time),
         }
     }
 
@@ -168,13 +192,14 @@ impl Camera {
         }
     }
 
-    /// Connects the scene point `p` to the lens; `None` if it is not in the picture, and for meters
-    /// and batches, which nothing is connected to.
-    pub fn sample_wi(&self, p: Vec3, lens: Vec2) -> Option<CameraConnection> {
+    /// Connects the scene point `p` to the lens at a time; `None` if it is not in the picture,
+    /// and for meters and batches, which nothing is connected to.
+    pub fn sample_wi(&self, p: Vec3, lens: Vec2, time: f32) -> Option<CameraConnection> {
         match self {
             Camera::Projective(c) => c.sample_wi(p, lens),
             Camera::Spherical(c) => c.sample_wi(p),
             Camera::Meter(_) | Camera::Batch(..) => None,
+            Camera::Moving(c) => c.sample_wi(p, lens, time),
         }
     }
 
@@ -185,10 +210,12 @@ impl Camera {
             Camera::Projective(c) => c.pdf_we(ray),
             Camera::Spherical(c) => c.pdf_we(ray),
             Camera::Meter(_) | Camera::Batch(..) => (0.0, 0.0),
+            Camera::Moving(c) => c.pdf_we(ray),
         }
     }
 
-    /// Where a light path meets the lens, if it does: only a lens with an area can be met.
+    /// Where a light path meets the lens, if it does: only a lens with an area can be met, and
+    /// none that moves.
     pub fn meet_lens(&self, ray: &Ray) -> Option<LensHit> {
         match self {
             Camera::Projective(c) => c.meet_lens(ray),
@@ -200,14 +227,16 @@ impl Camera {
     pub fn lens_point(&self, ray: &Ray) -> Vec3 {
         match self {
             Camera::Projective(c) => c.lens_point(ray),
-            _ => self.position(),
+            Camera::Moving(c) => c.lens_point(ray),
+            _ => self.position(ray.time),
         }
     }
 
-    /// The axis of a parallel projection.
-    pub fn parallel(&self) -> Option<Vec3> {
+    /// The axis of a parallel projection at a time.
+    pub fn parallel(&self, time: f32) -> Option<Vec3> {
         match self {
             Camera::Projective(c) => c.parallel(),
+            Camera::Moving(c) => c.parallel(time),
             _ => None,
         }
     }
@@ -225,13 +254,24 @@ impl Camera {
         !matches!(self, Camera::Meter(_) | Camera::Batch(..))
     }
 
-    /// Where the camera stands.
-    pub fn position(&self) -> Vec3 {
+    /// Where the camera stands at a time.
+    pub fn position(&self, time: f32) -> Vec3 {
         match self {
             Camera::Projective(c) => c.position(),
             Camera::Spherical(c) => c.position(),
             Camera::Meter(c) => c.position(),
-            Camera::Batch(cameras, _) => cameras.first().map_or(Vec3::ZERO, Camera::position),
+            Camera::Batch(cameras, _) => {
+                cameras.first().map_or(Vec3::ZERO, |camera| camera.position(time))
+            }
+            Camera::Moving(c) => c.position(time),
+        }
+    }
+
+    /// A box around the places where it stands.
+    pub(crate) fn bounds(&self) -> Bounds3 {
+        match self {
+            Camera::Moving(c) => c.bounds(),
+            _ => Bounds3::of_points([self.position(0.0)]),
         }
     }
 }

@@ -332,6 +332,7 @@ mod tests {
             name: String::new(),
             kind,
             transform: Transform::look_at(Vec3::new(1.0, 2.0, 3.0), Vec3::ZERO, Vec3::Y).unwrap(),
+            motion: Vec::new(),
             shutter: [0.0, 1.0],
             medium: None,
             film: FilmDesc {

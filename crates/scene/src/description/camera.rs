@@ -1,6 +1,6 @@
 //! Cameras, film, sampler and method as files ask for them.
 
-use super::{MediumId, Span};
+use super::{MediumId, MotionKey, Span};
 use kaustika_math::{Transform, Vec3};
 
 /// A camera and its film. Camera space: +x right in the picture, +y up, +z forward.
@@ -12,6 +12,8 @@ pub struct CameraDesc {
     pub kind: CameraKind,
     /// Camera to world; may mirror.
     pub transform: Transform,
+    /// How it moves, at rising times; empty where it stands still.
+    pub motion: Vec<MotionKey>,
     /// Opening and closing of the shutter.
     pub shutter: [f32; 2],
     /// Medium it stands in.

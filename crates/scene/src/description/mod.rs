@@ -5,6 +5,7 @@
 
 mod bitmap;
 mod camera;
+mod curve;
 mod light;
 mod material;
 mod mesh;
@@ -17,6 +18,7 @@ pub use bitmap::{Bitmap, Encoding, Texels};
 pub use camera::{
     CameraDesc, CameraKind, FilmDesc, FilterChoice, FovAxis, IntegratorDesc, MeterTarget,
 };
+pub use curve::{CurveProfile, CurveSegment, Curves};
 pub use light::{EnvironmentLayout, LightDesc, LightKind, SkyDesc, SpotFalloff};
 pub use material::{
     CoatDesc, ConductorColor, Distribution, IorDesc, MaterialDesc, MaterialId, MaterialModel,
@@ -27,7 +29,9 @@ pub use metallic_roughness::{
     AnisotropyDesc, ClearcoatDesc, DiffuseTransmissionDesc, IridescenceDesc, MetallicRoughnessDesc,
     SheenDesc, TangentSpace, VolumeDesc,
 };
-pub use shape::{EmissionDesc, GeometryDesc, GroupDesc, GroupId, InstanceDesc, ShapeDesc};
+pub use shape::{
+    EmissionDesc, GeometryDesc, GroupDesc, GroupId, InstanceDesc, MotionKey, ShapeDesc,
+};
 pub use source::{Diagnostic, Diagnostics, Severity, SourceFile, SourceMap, Span, nearest_name};
 pub use texture::{
     BitmapChannels, BitmapFilter, BitmapTexture, NoiseKind, TextureDesc, TextureId, TextureMapping,

@@ -1,6 +1,6 @@
 //! Shapes and instances.
 
-use super::{MaterialId, MediumId, Span, TextureId, TriMesh};
+use super::{Curves, MaterialId, MediumId, Span, TextureId, TriMesh};
 use kaustika_math::Transform;
 use std::sync::Arc;
 
@@ -67,6 +67,8 @@ pub enum GeometryDesc {
         /// Azimuth, degrees.
         phi_max: f32,
     },
+    /// Curves with a width.
+    Curves(Arc<Curves>),
     /// The square [-1,1]² in the plane z = 0, normal +z, uv = (xy + 1)/2.
     Rectangle,
     /// The cube [-1,1]³, normals outward, uv over each face.
@@ -119,6 +121,17 @@ pub struct InstanceDesc {
     pub group: GroupId,
     /// Group space to world.
     pub transform: Transform,
+    /// How it moves, at rising times; empty where it stands still.
+    pub motion: Vec<MotionKey>,
     /// Where it was written.
     pub span: Option<Span>,
+}
+
+/// Where something stands at a time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotionKey {
+    /// In the unit of the camera's shutter.
+    pub time: f32,
+    /// Own space to world.
+    pub transform: Transform,
 }

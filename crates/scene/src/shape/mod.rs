@@ -1,11 +1,14 @@
 //! Shapes: where rays meet them, what is there, and how to choose points on them.
 //!
 //! Triangles live in flat arrays and are met through [`kaustika_accel::TriangleBvh`]; the
-//! analytic shapes are [`Quadric`]s, intersected in double precision in their own space.
+//! analytic shapes are [`Quadric`]s, intersected in double precision in their own space, and
+//! pieces of curves ([`CurveStore`]).
 
+mod curve;
 mod quadric;
 mod triangle;
 
+pub use curve::{CurveHit, CurveStore, RaySpace};
 pub use quadric::{Quadric, QuadricForm, QuadricHit};
 pub use triangle::{MeshRange, TriangleStore};
 

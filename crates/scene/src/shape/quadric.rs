@@ -226,7 +226,7 @@ impl Quadric {
             footprint: 0.0,
             shape: self.shape,
             triangle: u32::MAX,
-            quadric: number,
+            analytic: number,
             instance: None,
             barycentrics: Vec2::ZERO,
             light: self.light,

@@ -119,7 +119,7 @@ impl TriangleStore {
             footprint: 0.0,
             shape: mesh.shape,
             triangle,
-            quadric: u32::MAX,
+            analytic: u32::MAX,
             instance: None,
             barycentrics: Vec2::new(b[1], b[2]),
             light: mesh.first_light.map(|l| LightId(l + triangle - mesh.first)),

@@ -35,7 +35,7 @@ impl CameraEnd {
             let departure = Departure::Point { p, pdf_w: 1.0 };
             return CameraEnd { p, lens: 1.0, connection: 0.0, departure, seen: false, aperture };
         }
-        let (lens, departure) = match camera.parallel() {
+        let (lens, departure) = match camera.parallel(ray.time) {
             Some(axis) => {
                 let across = pdf_a / f64::from(axis.dot(ray.d));
                 (pdf_w, Departure::Parallel { d: ray.d, pdf_a: across })

@@ -105,7 +105,7 @@ pub fn join(y: &Vertex, z: &Vertex) -> Option<Connection<Joined>> {
 /// (5): the vertex `y` of a light path asks for the lens. The value is that of one light path
 /// for each picture.
 pub fn to_lens(scene: &Scene, y: &Vertex) -> Option<Connection<LensConnection>> {
-    let c = scene.camera.sample_wi(y.surface.p, Vec2::new(y.u[0], y.u[1]))?;
+    let c = scene.camera.sample_wi(y.surface.p, Vec2::new(y.u[0], y.u[1]), y.surface.time)?;
     let (f, pdf) = y.bsdf.eval_pdf(y.wo, c.wi, Mode::Importance, Lobes::ALL);
     let value = y.beta * f * (c.we / c.pdf_w);
     let ray = Ray { o: c.p_lens, d: -c.wi, time: y.surface.time };

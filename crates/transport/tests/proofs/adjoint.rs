@@ -205,7 +205,7 @@ fn light_traced(scene: &Scene, runs: usize, rays: usize, seed: u64) -> Vec<Runni
             };
             let lens = random.v2();
             let Some(s) = scene.intersect(&r.ray, f32::INFINITY) else { continue };
-            let Some(c) = scene.camera.sample_wi(s.p, lens) else { continue };
+            let Some(c) = scene.camera.sample_wi(s.p, lens, 0.0) else { continue };
             let wo = -r.ray.d;
             let mut lambda = lambda;
             let Some(bsdf) = scene.bsdf(&s, wo, &mut lambda) else { continue };
@@ -308,14 +308,14 @@ fn connections_invert_camera_rays() {
                 let film = v2(random.f() * SIZE[0] as f32, random.f() * SIZE[1] as f32);
                 let ray = camera.sample_we(film, lens, 0.0).ray;
                 let p = ray.at(0.3 + 3.0 * random.f());
-                let c = camera.sample_wi(p, lens).expect("it is in the picture");
+                let c = camera.sample_wi(p, lens, 0.0).expect("it is in the picture");
                 assert!((c.film - film).length() < 5e-3, "{what}: {film:?} {:?}", c.film);
                 assert!((c.wi + ray.d).length() < 1e-4, "{what}");
                 densities(what, camera, &ray, p, &c);
             }
             // What is not in the picture has no density.
             let away = Ray::new(
-                camera.position(),
+                camera.position(0.0),
                 -camera.sample_we(v2(4.0, 3.0), v2(0.5, 0.5), 0.0).ray.d,
             );
             let spherical = matches!(camera, Camera::Spherical(_));

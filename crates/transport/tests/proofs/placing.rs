@@ -41,7 +41,12 @@ pub fn stages() -> (Stage, Stage) {
     stage.camera(pinhole(50.0), look(v(0.0, -3.5, 1.8), v(0.0, 0.2, 0.2)), [10, 8]);
     let (mut flat, mut instanced) = (stage.clone(), stage);
     for transform in placements() {
-        instanced.d.instances.push(InstanceDesc { group: GroupId(0), transform, span: None });
+        instanced.d.instances.push(InstanceDesc {
+            group: GroupId(0),
+            transform,
+            motion: Vec::new(),
+            span: None,
+        });
         flat.d.shapes.extend(shapes.iter().map(|s| {
             let mut s = s.clone();
             s.transform = transform * s.transform;

@@ -107,6 +107,7 @@ impl Stage {
             name: String::new(),
             kind,
             transform,
+            motion: Vec::new(),
             shutter: [0.0; 2],
             medium: None,
             film,

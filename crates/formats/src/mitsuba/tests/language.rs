@@ -169,19 +169,28 @@ fn every_step_is_read() {
 }
 
 #[test]
-fn moving_objects_stand_still() {
+fn shapes_and_cameras_move_and_lights_do_not() {
+    let moving = r#"<animation name="toWorld">
+<transform time="1"><translate x="2"/></transform>
+<transform time="0"><translate x="1"/></transform>
+</animation>"#;
     let (d, messages) = read(
         "0.6.0",
-        r#"<shape type="cube"><animation name="toWorld">
-<transform time="0"><translate x="1"/></transform>
-<transform time="1"><translate x="2"/></transform>
-</animation></shape>"#,
+        &format!(
+            r#"<shape type="cube">{moving}</shape><sensor type="perspective">{moving}</sensor>
+<shape type="cube">{moving}<emitter type="area"/></shape>"#
+        ),
     );
     assert_eq!(
         messages,
-        ["warning 2:20 moving objects are not supported yet | everything stands where the first \
-          key puts it"]
+        ["warning 9:20 a shape does not move here | the first key stands for all"]
     );
+    assert_eq!((d.shapes.len(), d.groups[0].shapes.len()), (1, 1));
+    assert!(d.groups[0].shapes[0].transform.is_identity());
+    for motion in [&d.instances[0].motion, &d.cameras.last().unwrap().motion] {
+        assert_eq!(motion.iter().map(|k| k.time).collect::<Vec<_>>(), [0.0, 1.0]);
+        assert_eq!(motion[1].transform.point(Vec3::ZERO), Vec3::X * 2.0);
+    }
     assert_eq!(d.shapes[0].transform.point(Vec3::ZERO), Vec3::X);
 }
 

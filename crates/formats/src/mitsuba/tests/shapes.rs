@@ -108,3 +108,45 @@ fn media_are_named_and_left_out() {
     assert_eq!((d.shapes[0].interior, d.shapes[0].exterior), (Some(MediumId(0)), None));
     assert_eq!(*only_model(&d), MaterialModel::Null { counts: true });
 }
+
+#[test]
+fn curves_stand_where_they_are_placed_and_keep_their_radii() {
+    let text = "0 0 0 0.1\n1 0 0 0.1\n2 0 0 0.2\n3 0 0 0.2\n4 0 0 0.3\n\n0 1 0 1\n1 1 0 1\n2 1 0 1\n3 1 0 1\n";
+    let shape = |kind: &str| {
+        format!(
+            r#"<shape type="{kind}"><string name="filename" value="hair.txt"/>
+            <transform name="to_world"><scale value="2"/></transform></shape>"#
+        )
+    };
+    let xml = format!(
+        r#"<scene version="3.0.0">{}{}</scene>"#,
+        shape("bsplinecurve"),
+        shape("linearcurve")
+    );
+    let files = Files::new(&[("scene.xml", &xml), ("hair.txt", text)]);
+    let d = files.read("scene.xml", &[]);
+    let curves = |i: usize| match &d.shapes[i].geometry {
+        GeometryDesc::Curves(c) => c.clone(),
+        _ => panic!(),
+    };
+    let (splines, lines) = (curves(0), curves(1));
+    assert_eq!((splines.profile, splines.segments.len()), (CurveProfile::Tube, 3));
+    assert!((splines.segments[0].points[0] - Vec3::X * 2.0).length() < 1e-6);
+    assert!((splines.segments[0].radii[0] - (0.1 + 0.4 + 0.2) / 6.0).abs() < 1e-6);
+    assert_eq!((lines.profile, lines.segments.len()), (CurveProfile::Spheres, 7));
+    assert_eq!(lines.segments[3].points[3], Vec3::X * 8.0);
+    assert_eq!(lines.segments[3].radii[3], 0.3);
+}
+
+#[test]
+fn faults_of_curve_files_are_told_where_they_are_named() {
+    let xml = r#"<scene version="3.0.0"><shape type="bsplinecurve">
+<string name="filename" value="hair.txt"/></shape></scene>"#;
+    let files = Files::new(&[("scene.xml", xml), ("hair.txt", "0 0 0 1\n0 0 1 1\n")]);
+    let d = files.read("scene.xml", &[]);
+    let messages = files.messages(&d);
+    assert_eq!(
+        messages[0],
+        "error 2:32 can't read curves hair.txt:2: a curve ends after 2 of at least 4 points"
+    );
+}

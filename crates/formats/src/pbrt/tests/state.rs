@@ -1,6 +1,7 @@
 //! The graphics state: transforms, attributes, objects.
 
 use super::{assert_maps, messages, model, read, rgb, sphere_radius, world};
+use kaustika_math::Vec3;
 use kaustika_scene::description::{GroupId, MaterialModel, MediumId};
 use kaustika_spectra::{ColorSpace, SpectrumDesc};
 
@@ -124,16 +125,50 @@ fn objects_are_placed_by_instances() {
 }
 
 #[test]
-fn animated_transforms_use_the_start() {
-    let text = "WorldBegin ActiveTransform StartTime Translate 1 0 0
-        ActiveTransform EndTime Translate 2 0 0 Shape \"sphere\" Shape \"sphere\"
-        ActiveTransform All Identity Shape \"sphere\"";
+fn shapes_cameras_and_instances_move() {
+    let text = "TransformTimes 0.25 0.5
+        ActiveTransform EndTime Translate 0 0 -3 ActiveTransform All Camera \"perspective\" WorldBegin
+        ObjectBegin \"o\" Shape \"sphere\" ObjectEnd
+        ActiveTransform StartTime Translate 1 0 0
+        ActiveTransform EndTime Translate 2 0 0 Shape \"sphere\" Shape \"disk\" ObjectInstance \"o\"
+        ActiveTransform All Translate 0 1 0 Shape \"sphere\" Identity Shape \"sphere\"";
     let s = read(text);
-    assert_maps(&s.shapes[0].transform, [0.0; 3], [1.0, 0.0, 0.0]);
+    assert_eq!(messages(&s), "");
+    assert_eq!((s.shapes.len(), s.groups.len(), s.instances.len()), (1, 3, 3));
+    // Shapes of one motion are placed together.
+    assert_eq!((s.groups[1].shapes.len(), s.groups[2].shapes.len()), (2, 1));
+    assert!(s.groups[1].shapes[0].transform.is_identity());
+    let ends = |i: usize| [0, 1].map(|k| s.instances[i].motion[k].transform.point(Vec3::ZERO));
+    assert_eq!(ends(0), [Vec3::X, Vec3::X * 2.0]);
+    assert_eq!(ends(1), [Vec3::X + Vec3::Y, Vec3::X * 2.0 + Vec3::Y]);
+    assert_eq!((s.instances[2].group, ends(2)), (GroupId(0), ends(0)));
+    let camera = &s.cameras[0].motion;
+    assert_eq!((camera[0].time, camera[1].time), (0.25, 0.5));
+    assert_maps(&camera[1].transform, [0.0; 3], [0.0, 0.0, 3.0]);
+}
+
+#[test]
+fn what_does_not_move_is_told() {
+    let text = "WorldBegin TransformTimes 1 0 ObjectBegin \"o\" ActiveTransform EndTime Translate 1 0 0
+        Shape \"disk\" ObjectEnd ActiveTransform EndTime Translate 2 0 0
+        LightSource \"point\" AttributeBegin AreaLightSource \"diffuse\" Shape \"sphere\" AttributeEnd
+        Scale -1 1 1 Shape \"disk\"";
+    let s = read(text);
     assert_eq!(
         messages(&s),
-        "warning 2:49 <Shape> animated transforms are not rendered yet, using the start \
-         (the first of 2)\n"
+        "error 1:12 <TransformTimes> `TransformTimes` is not allowed after `WorldBegin`; move it \
+         before `WorldBegin`\n\
+         warning 3:9 <LightSource> lights and textures do not move, using the start\n\
+         warning 4:22 <Shape> the transform at the end mirrors what that at the start does not, \
+         using the start\n\
+         warning 3:70 <Shape> shapes that shine do not move, using the start\n\
+         warning 2:9 <Shape> shapes do not move inside objects, using the start\n"
+    );
+    assert!(s.instances.is_empty());
+    let s = read("TransformTimes 1 0.5 WorldBegin");
+    assert_eq!(
+        messages(&s),
+        "error 1:1 <TransformTimes> `TransformTimes 1 0.5` does not end after it starts\n"
     );
 }
 
