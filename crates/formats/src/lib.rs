@@ -2,6 +2,7 @@
 //! [`kaustika_scene::description`].
 
 pub mod gltf;
+pub mod measured;
 pub mod mesh;
 pub mod mitsuba;
 pub mod pbrt;

@@ -123,7 +123,9 @@ impl<'a> Converter<'a> {
             "principledthin" => self.principled(object, true),
             "null" => MaterialModel::Null { counts: true },
             "hk" => self.stand_in(object, "reflectance"),
-            "irawan" | "measured" | "measured_polarized" | "hair" => self.stand_in(object, ""),
+            "hair" => self.hair(object),
+            "measured" => self.measured(object),
+            "irawan" | "measured_polarized" => self.stand_in(object, ""),
             "polarizer" | "retarder" | "circular" => {
                 self.replaced(object, "light passes unchanged");
                 MaterialModel::Null { counts: true }
@@ -145,6 +147,18 @@ impl<'a> Converter<'a> {
         };
         self.replaced(object, "a diffuse material is used");
         MaterialModel::Diffuse { reflectance }
+    }
+
+    fn measured(&mut self, object: &'a Object) -> MaterialModel {
+        let Some((path, span)) = self.file(object, "filename") else { return self.grey() };
+        match self.measured.read(&path) {
+            Ok(brdf) => MaterialModel::Measured(brdf),
+            Err(cause) => {
+                let message = format!("can't read the measured material: {cause}");
+                self.out.diagnostics.error(span, message);
+                self.grey()
+            }
+        }
     }
 
     /// Marks everything as read, where an error was reported already.

@@ -22,6 +22,7 @@ mod convert;
 mod daylight;
 mod document;
 mod emitters;
+mod fibres;
 mod find;
 mod integrators;
 mod ior;

@@ -16,6 +16,7 @@ mod build;
 mod directive;
 mod emission;
 mod entity;
+mod fibres;
 mod files;
 mod images;
 mod lexer;

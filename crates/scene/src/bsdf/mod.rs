@@ -27,8 +27,10 @@ mod dielectric;
 mod diffuse;
 mod diffuse_transmission;
 pub mod fresnel;
+mod hair;
 mod layered;
 mod lobes;
+mod measured;
 mod metallic_roughness;
 mod microfacet;
 mod model;
@@ -51,8 +53,10 @@ pub use conductor::{Conductor, ConductorFresnel};
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
 pub use diffuse_transmission::DiffuseTransmission;
+pub use hair::{Across, EUMELANIN, Hair, HairParameters, PHEOMELANIN, absorption_of_color};
 pub use layered::{Coat, CoatedConductor, CoatedDiffuse, Layered};
 pub use lobes::Lobes;
+pub use measured::{Measured, MeasuredData};
 pub use metallic_roughness::{
     Boundary, Clearcoat, Film, MetallicRoughness, MetallicRoughnessParameters,
 };

@@ -2,8 +2,8 @@
 
 use super::{
     BsdfSample, CoatedConductor, CoatedDiffuse, Conductor, Dielectric, Diffuse,
-    DiffuseTransmission, Lobes, MetallicRoughness, Mode, Null, OrenNayar, Phong, Plastic,
-    Principled, PrincipledThin, RoughPlastic, Scatter, ThinDielectric, Ward,
+    DiffuseTransmission, Hair, Lobes, Measured, MetallicRoughness, Mode, Null, OrenNayar, Phong,
+    Plastic, Principled, PrincipledThin, RoughPlastic, Scatter, ThinDielectric, Ward,
 };
 use kaustika_math::{Vec2, Vec3};
 use kaustika_spectra::Spectrum;
@@ -82,6 +82,10 @@ models! {
     CoatedDiffuse(CoatedDiffuse),
     /// Metal under a coat.
     CoatedConductor(CoatedConductor),
+    /// A fibre.
+    Hair(Hair),
+    /// What was measured.
+    Measured(Measured<'a>),
     /// Nothing there.
     Null(Null),
 }

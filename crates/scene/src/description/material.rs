@@ -1,6 +1,7 @@
 //! Materials: what the readers found, in Kaustika's own set of scattering models.
 
-use super::{MetallicRoughnessDesc, Span, TangentSpace, TextureId};
+use super::{HairDesc, MeasuredBrdf, MetallicRoughnessDesc, Span, TangentSpace, TextureId};
+use std::sync::Arc;
 
 /// Index into [`super::SceneDescription::materials`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -176,6 +177,10 @@ pub enum MaterialModel {
     Principled(PrincipledDesc),
     /// glTF 2.0's metallic-roughness model.
     MetallicRoughness(Box<MetallicRoughnessDesc>),
+    /// Hair and fur (Chiang et al. 2016), of pbrt and Mitsuba 3.
+    Hair(HairDesc),
+    /// Measured (Dupuy & Jakob 2018), of pbrt and Mitsuba 3.
+    Measured(Arc<MeasuredBrdf>),
     /// A random choice, (1 - amount) a + amount b.
     Mix {
         /// At amount 0.

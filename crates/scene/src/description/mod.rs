@@ -5,8 +5,10 @@
 
 mod bitmap;
 mod camera;
+mod hair;
 mod light;
 mod material;
+mod measured;
 mod mesh;
 mod metallic_roughness;
 mod shape;
@@ -17,11 +19,13 @@ pub use bitmap::{Bitmap, Encoding, Texels};
 pub use camera::{
     CameraDesc, CameraKind, FilmDesc, FilterChoice, FovAxis, IntegratorDesc, MeterTarget,
 };
+pub use hair::{FibreLayout, HairAbsorption, HairDesc};
 pub use light::{EnvironmentLayout, LightDesc, LightKind, SkyDesc, SpotFalloff};
 pub use material::{
     CoatDesc, ConductorColor, Distribution, IorDesc, MaterialDesc, MaterialId, MaterialModel,
     PrincipledDesc, RoughnessDesc, WardVariant,
 };
+pub use measured::{MeasuredBrdf, MeasuredChannels, SquareTable};
 pub use mesh::{MeshAttribute, TriMesh};
 pub use metallic_roughness::{
     AnisotropyDesc, ClearcoatDesc, DiffuseTransmissionDesc, IridescenceDesc, MetallicRoughnessDesc,

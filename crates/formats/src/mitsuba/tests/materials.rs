@@ -285,3 +285,28 @@ fn scale_textures_of_mitsuba_06() {
     assert!(matches!(node(&d, *texture), TextureNode::Checkerboard { .. }));
     assert_eq!(float(&d, *scale), 0.5);
 }
+
+#[test]
+fn hair_and_its_faults() {
+    let (d, m) = model(r#"<bsdf type="hair"/>"#);
+    let MaterialModel::Hair(hair) = m else { panic!() };
+    assert_eq!(hair.layout, FibreLayout::TubeAlongV);
+    let figures = [hair.eta, hair.beta_m, hair.beta_n, hair.alpha].map(|t| float(&d, t));
+    assert_eq!(figures, [1.55 / 1.000277, 0.3, 0.3, 2.0]);
+    let HairAbsorption::Melanin { eumelanin, pheomelanin } = hair.absorption else { panic!() };
+    assert_eq!((float(&d, eumelanin), float(&d, pheomelanin)), (1.3, 0.2));
+    let (d, m) = model(
+        r#"<bsdf type="hair"><rgb name="sigma_a" value="0.2, 0.25, 0.7"/>
+        <float name="scale" value="200"/></bsdf>"#,
+    );
+    let MaterialModel::Hair(hair) = m else { panic!() };
+    let HairAbsorption::Coefficient(t) = hair.absorption else { panic!() };
+    let TextureNode::Scale { scale, .. } = node(&d, t) else { panic!() };
+    assert_eq!(float(&d, *scale), 200.0);
+    let bad = r#"<bsdf type="hair"><float name="eumelanin" value="1"/><rgb name="sigma_a"
+        value="1"/><float name="azimuthal_roughness" value="1.5"/></bsdf>"#;
+    let (_, messages) = read("3.0.0", &on_sphere(bad));
+    assert_eq!(messages.len(), 2, "{messages:?}");
+    assert!(messages[0].contains("exclude each other"), "{messages:?}");
+    assert!(messages[1].contains("`azimuthal_roughness` must lie in [0, 1]"), "{messages:?}");
+}
