@@ -1,6 +1,7 @@
 //! Materials: at each hit, textures are evaluated and the nested models of the file become the
 //! flat list of a [`Bsdf`].
 
+mod coating;
 mod hair;
 mod metallic_roughness;
 mod oriented;
@@ -286,6 +287,14 @@ impl Materials {
         }
     }
 
+    /// Those of a rough coat, for the models of a hit.
+    fn rough_tables(&self, id: MaterialId) -> Option<&RoughTransmittance> {
+        match &self.tables[id.0 as usize] {
+            Some(Tables::Rough(tables)) => Some(tables),
+            _ => None,
+        }
+    }
+
     /// The place under a frame that a map has turned.
     fn turned(&self, place: Place, frame: Frame, hit: &Hit) -> Place {
         let base = place.frame.n;
@@ -425,6 +434,21 @@ impl Materials {
                 }
                 _ => return,
             },
+            M::Coating { material, .. } => {
+                let first = out.parts().len();
+                self.add(*material, place, hit, out);
+                let (model, tables) = (&self.models[id.0 as usize], self.rough_tables(id));
+                if let Some(layer) = hit.coating(model, tables, self.masking) {
+                    out.replace_from(first, |part| coating::coated(part, layer));
+                }
+                return;
+            }
+            M::PolarizedPlastic { diffuse_reflectance, specular_reflectance, ior, roughness } => {
+                let surface = hit.microfacet(roughness, self.masking);
+                let reflectance = hit.spectrum(*diffuse_reflectance);
+                let tint = hit.spectrum(*specular_reflectance);
+                coating::polarized_plastic(surface, reflectance, tint, *ior)
+            }
             M::Hair(desc) => {
                 out.push(hit.hair(desc, &place));
                 return;

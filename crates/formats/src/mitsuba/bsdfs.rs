@@ -106,13 +106,12 @@ impl<'a> Converter<'a> {
             "roughconductor" => self.conductor(object, true),
             "plastic" => self.plastic(object, false),
             "roughplastic" => self.plastic(object, true),
-            "pplastic" => {
-                self.out
-                    .diagnostics
-                    .warning(object.type_span, "bsdf `pplastic` is not supported")
-                    .label("read as `roughplastic`");
-                self.plastic(object, true)
-            }
+            "pplastic" => MaterialModel::PolarizedPlastic {
+                diffuse_reflectance: self.specular(object, "diffuse_reflectance", 0.5),
+                specular_reflectance: self.specular(object, "specular_reflectance", 1.0),
+                ior: self.relative_ior(object, "polypropylene"),
+                roughness: self.roughness(object, true),
+            },
             "phong" => MaterialModel::Phong {
                 diffuse_reflectance: self.specular(object, "diffuse_reflectance", 0.5),
                 specular_reflectance: self.specular(object, "specular_reflectance", 0.2),
@@ -162,7 +161,7 @@ impl<'a> Converter<'a> {
     }
 
     /// Marks everything as read, where an error was reported already.
-    fn replaced_silently(&self, object: &Object) {
+    pub(super) fn replaced_silently(&self, object: &Object) {
         for p in &object.parameters {
             p.used.set(true);
         }
@@ -199,7 +198,7 @@ impl<'a> Converter<'a> {
     }
 
     /// `distribution` and `alpha` or both of `alpha_u` and `alpha_v`; zero if smooth.
-    fn roughness(&mut self, object: &'a Object, rough: bool) -> RoughnessDesc {
+    pub(super) fn roughness(&mut self, object: &'a Object, rough: bool) -> RoughnessDesc {
         if !rough {
             let zero = self.out.float(0.0);
             let distribution = Distribution::default();

@@ -21,6 +21,7 @@
 //! * `eval` and `pdf` are pure functions of their arguments.
 
 mod albedo;
+mod coating;
 mod composite;
 mod conductor;
 mod dielectric;
@@ -48,6 +49,7 @@ mod thin_dielectric;
 mod ward;
 
 pub use albedo::microfacet_albedo;
+pub use coating::{Coating, CoatingLayer};
 pub use composite::{Bsdf, MAX_PARTS, Part, relief_roughness, relief_shadowing};
 pub use conductor::{Conductor, ConductorFresnel};
 pub use dielectric::Dielectric;

@@ -1,7 +1,7 @@
 //! The closed set of scattering models.
 
 use super::{
-    BsdfSample, CoatedConductor, CoatedDiffuse, Conductor, Dielectric, Diffuse,
+    BsdfSample, CoatedConductor, CoatedDiffuse, Coating, Conductor, Dielectric, Diffuse,
     DiffuseTransmission, Hair, Lobes, Measured, MetallicRoughness, Mode, Null, OrenNayar, Phong,
     Plastic, Principled, PrincipledThin, RoughPlastic, Scatter, ThinDielectric, Ward,
 };
@@ -82,6 +82,8 @@ models! {
     CoatedDiffuse(CoatedDiffuse),
     /// Metal under a coat.
     CoatedConductor(CoatedConductor),
+    /// Another model under a coat.
+    Coating(Coating<'a>),
     /// A fibre.
     Hair(Hair),
     /// What was measured.

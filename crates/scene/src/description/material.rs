@@ -151,6 +151,34 @@ pub enum MaterialModel {
         /// Coat.
         coat: CoatDesc,
     },
+    /// Mitsuba 0.6's coating and roughcoating: a dielectric coat over another material that
+    /// reflects, without light that goes between the two more than once.
+    Coating {
+        /// What is coated.
+        material: MaterialId,
+        /// Index of the coat over the outside.
+        ior: f32,
+        /// Absorption inside, in inverse units of the thickness; unbounded.
+        sigma_a: TextureId,
+        /// Thickness of the coat.
+        thickness: f32,
+        /// Multiplies the coat's reflection.
+        specular_reflectance: TextureId,
+        /// `None`: smooth.
+        roughness: Option<RoughnessDesc>,
+    },
+    /// Mitsuba 3's pplastic without its polarization: a rough reflection, and a matte base that
+    /// is lit and seen through a smooth surface.
+    PolarizedPlastic {
+        /// Base colour.
+        diffuse_reflectance: TextureId,
+        /// Multiplies the surface's reflection.
+        specular_reflectance: TextureId,
+        /// Interior over exterior index.
+        ior: f32,
+        /// Roughness of the reflection.
+        roughness: RoughnessDesc,
+    },
     /// Modified Phong (Lafortune & Willems 1994), Mitsuba 0.6.
     Phong {
         /// Diffuse albedo.

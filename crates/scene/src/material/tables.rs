@@ -30,17 +30,21 @@ pub(super) fn of_all(
     all
 }
 
-/// The tables of a plastic.
+/// The tables of a plastic or a rough coat.
 fn coat(model: &MaterialModel, textures: &Textures) -> Option<Tables> {
-    let MaterialModel::Plastic { ior, roughness, .. } = model else { return None };
-    let Some(r) = roughness else { return Some(Tables::Smooth(PlasticCoat::new(*ior))) };
+    let (ior, r) = match model {
+        MaterialModel::Plastic { ior, roughness: Some(r), .. }
+        | MaterialModel::Coating { ior, roughness: Some(r), .. } => (*ior, r),
+        MaterialModel::Plastic { ior, .. } => return Some(Tables::Smooth(PlasticCoat::new(*ior))),
+        _ => return None,
+    };
     let alpha = |v: f32| if r.remap { v.max(0.0).sqrt() } else { v };
     let tables = match (textures.constant(r.alpha_u), textures.constant(r.alpha_v)) {
         (Some(u), Some(v)) => {
             let surface = Microfacet::new(r.distribution, alpha(u), alpha(v));
-            RoughTransmittance::new(r.distribution, surface.alpha(), *ior)
+            RoughTransmittance::new(r.distribution, surface.alpha(), ior)
         }
-        _ => RoughTransmittance::with_range(r.distribution, 1e-3, 1.0, *ior),
+        _ => RoughTransmittance::with_range(r.distribution, 1e-3, 1.0, ior),
     };
     Some(Tables::Rough(Arc::new(tables)))
 }

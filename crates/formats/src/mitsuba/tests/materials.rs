@@ -310,3 +310,44 @@ fn hair_and_its_faults() {
     assert!(messages[0].contains("exclude each other"), "{messages:?}");
     assert!(messages[1].contains("`azimuthal_roughness` must lie in [0, 1]"), "{messages:?}");
 }
+
+#[test]
+fn coats_of_mitsuba_06() {
+    let (d, m) = model06(
+        r#"<bsdf type="coating"><float name="intIOR" value="1.7"/><float name="extIOR" value="1"/>
+        <float name="thickness" value="2"/><spectrum name="sigmaA" value="0.1 0.2 0.3"/>
+        <bsdf type="roughconductor"/></bsdf>"#,
+    );
+    let MaterialModel::Coating { material, ior, sigma_a, thickness, roughness, .. } = m else {
+        panic!("{m:?}")
+    };
+    assert_eq!((ior, thickness, roughness), (1.7, 2.0, None));
+    assert!(matches!(d.materials[material.0 as usize].model, MaterialModel::Conductor { .. }));
+    assert!(matches!(node(&d, sigma_a), TextureNode::Spectrum(_)));
+    let (d, m) = model06(
+        r#"<bsdf type="roughcoating"><float name="alpha" value="0.2"/>
+        <string name="distribution" value="ggx"/><bsdf type="diffuse"/></bsdf>"#,
+    );
+    let MaterialModel::Coating { ior, roughness: Some(r), thickness, .. } = m else { panic!() };
+    assert_eq!((ior, thickness), (1.5046 / 1.000277, 1.0));
+    assert_eq!((r.distribution, float(&d, r.alpha_u)), (Distribution::Ggx, 0.2));
+    let glass = r#"<bsdf type="coating"><float name="thickness" value="2"/>
+        <bsdf type="dielectric"/></bsdf>"#;
+    let (d, messages) = read("0.6.0", &on_sphere(glass));
+    assert_eq!(
+        messages,
+        ["warning 2:34 `coating` over this kind of material is not supported | the material \
+          inside is used without its coat"]
+    );
+    assert!(matches!(only_model(&d), MaterialModel::Dielectric { .. }));
+}
+
+#[test]
+fn polarized_plastic() {
+    let (d, m) = model(r#"<bsdf type="pplastic"><float name="alpha" value="0.06"/></bsdf>"#);
+    let MaterialModel::PolarizedPlastic { ior, roughness, diffuse_reflectance, .. } = m else {
+        panic!()
+    };
+    assert_eq!((ior, float(&d, roughness.alpha_u)), (1.49 / 1.000277, 0.06));
+    assert_eq!(float(&d, diffuse_reflectance), 0.5);
+}
