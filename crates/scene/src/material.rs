@@ -2,6 +2,7 @@
 //! flat list of a [`Bsdf`].
 
 mod coating;
+mod grating;
 mod hair;
 mod metallic_roughness;
 mod oriented;
@@ -449,6 +450,7 @@ impl Materials {
                 let tint = hit.spectrum(*specular_reflectance);
                 coating::polarized_plastic(surface, reflectance, tint, *ior)
             }
+            M::Grating(desc) => Model::Grating(hit.grating(desc)),
             M::Hair(desc) => {
                 out.push(hit.hair(desc, &place));
                 return;

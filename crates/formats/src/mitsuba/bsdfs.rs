@@ -43,6 +43,7 @@ const KNOWN: &[&str] = &[
     "polarizer",
     "retarder",
     "circular",
+    "grating",
 ];
 
 /// Roughness below this is taken to be this, as Mitsuba does for its rough models.
@@ -123,6 +124,7 @@ impl<'a> Converter<'a> {
             "null" => MaterialModel::Null { counts: true },
             "hk" => self.stand_in(object, "reflectance"),
             "hair" => self.hair(object),
+            "grating" => self.grating(object),
             "measured" => self.measured(object),
             "irawan" | "measured_polarized" => self.stand_in(object, ""),
             "polarizer" | "retarder" | "circular" => {

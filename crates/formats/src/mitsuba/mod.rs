@@ -24,6 +24,7 @@ mod document;
 mod emitters;
 mod fibres;
 mod find;
+mod gratings;
 mod integrators;
 mod ior;
 mod matrix;

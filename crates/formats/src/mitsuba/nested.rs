@@ -108,6 +108,7 @@ impl<'a> Converter<'a> {
             | M::ThinDielectric { .. }
             | M::DiffuseTransmission { .. }
             | M::Hair(_)
+            | M::Grating(_)
             | M::Null { .. }
             | M::Mask { .. } => true,
             M::Bump { material, .. } | M::NormalMap { material, .. } => self.transmits(*material),

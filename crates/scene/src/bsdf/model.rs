@@ -2,8 +2,8 @@
 
 use super::{
     BsdfSample, CoatedConductor, CoatedDiffuse, Coating, Conductor, Dielectric, Diffuse,
-    DiffuseTransmission, Hair, Lobes, Measured, MetallicRoughness, Mode, Null, OrenNayar, Phong,
-    Plastic, Principled, PrincipledThin, RoughPlastic, Scatter, ThinDielectric, Ward,
+    DiffuseTransmission, Grating, Hair, Lobes, Measured, MetallicRoughness, Mode, Null, OrenNayar,
+    Phong, Plastic, Principled, PrincipledThin, RoughPlastic, Scatter, ThinDielectric, Ward,
 };
 use kaustika_math::{Vec2, Vec3};
 use kaustika_spectra::Spectrum;
@@ -84,6 +84,8 @@ models! {
     CoatedConductor(CoatedConductor),
     /// Another model under a coat.
     Coating(Coating<'a>),
+    /// Lines that diffract.
+    Grating(Grating<'a>),
     /// A fibre.
     Hair(Hair),
     /// What was measured.

@@ -1,6 +1,8 @@
 //! Materials: what the readers found, in Kaustika's own set of scattering models.
 
-use super::{HairDesc, MeasuredBrdf, MetallicRoughnessDesc, Span, TangentSpace, TextureId};
+use super::{
+    GratingDesc, HairDesc, MeasuredBrdf, MetallicRoughnessDesc, Span, TangentSpace, TextureId,
+};
 use std::sync::Arc;
 
 /// Index into [`super::SceneDescription::materials`].
@@ -205,6 +207,8 @@ pub enum MaterialModel {
     Principled(PrincipledDesc),
     /// glTF 2.0's metallic-roughness model.
     MetallicRoughness(Box<MetallicRoughnessDesc>),
+    /// A diffraction grating.
+    Grating(GratingDesc),
     /// Hair and fur (Chiang et al. 2016), of pbrt and Mitsuba 3.
     Hair(HairDesc),
     /// Measured (Dupuy & Jakob 2018), of pbrt and Mitsuba 3.

@@ -5,6 +5,7 @@
 
 mod bitmap;
 mod camera;
+mod grating;
 mod hair;
 mod light;
 mod material;
@@ -19,6 +20,7 @@ pub use bitmap::{Bitmap, Encoding, Texels};
 pub use camera::{
     CameraDesc, CameraKind, FilmDesc, FilterChoice, FovAxis, IntegratorDesc, MeterTarget,
 };
+pub use grating::{GratingDesc, GratingProfileDesc};
 pub use hair::{FibreLayout, HairAbsorption, HairDesc};
 pub use light::{EnvironmentLayout, LightDesc, LightKind, SkyDesc, SpotFalloff};
 pub use material::{

@@ -351,3 +351,29 @@ fn polarized_plastic() {
     assert_eq!((ior, float(&d, roughness.alpha_u)), (1.49 / 1.000277, 0.06));
     assert_eq!(float(&d, diffuse_reflectance), 0.5);
 }
+
+#[test]
+fn gratings_and_their_faults() {
+    let (_, m) = model(
+        r#"<bsdf type="grating"><float name="period" value="1600"/>
+        <float name="depth" value="120"/></bsdf>"#,
+    );
+    let MaterialModel::Grating(g) = m else { panic!() };
+    let ior = 1.5046 / 1.000277;
+    let sinusoid = GratingProfileDesc::Sinusoidal { depth: 120.0, ior };
+    assert_eq!((g.period, g.profile), (1600.0, sinusoid));
+    let (_, m) =
+        model(r#"<bsdf type="grating"><string name="efficiencies" value="0.4, 0.2"/></bsdf>"#);
+    let MaterialModel::Grating(g) = m else { panic!() };
+    assert_eq!(g.profile, GratingProfileDesc::Efficiencies(vec![0.4, 0.2]));
+    let bad = r#"<bsdf type="grating"><string name="efficiencies" value="0.4, 0.4"/>
+        <float name="period" value="0"/></bsdf>"#;
+    let (_, messages) = read("3.0.0", &on_sphere(bad));
+    assert_eq!(
+        messages,
+        [
+            "error 3:37 `period` must be positive",
+            "error 2:78 the efficiencies of all orders, ±m counted twice, exceed 1"
+        ]
+    );
+}
