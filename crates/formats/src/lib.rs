@@ -3,6 +3,7 @@
 
 mod curve_file;
 pub mod gltf;
+pub mod measured;
 pub mod mesh;
 pub mod mitsuba;
 pub mod pbrt;

@@ -121,7 +121,7 @@ impl Scene {
                 scale: 1.0,
             },
         );
-        let materials = Materials::new(description, &textures);
+        let materials = Materials::new(description, &textures, options.mode);
         let camera = Camera::new(camera_desc, resolution, &description.shapes, &geometry)?;
 
         let bounds = geometry.bounds().union(camera.bounds());
@@ -384,7 +384,7 @@ struct Roles {
 impl Roles {
     /// Textures used for emission or for indices of refraction, and their children.
     fn of(description: &SceneDescription) -> Roles {
-        use crate::description::{ConductorColor, IorDesc};
+        use crate::description::{ConductorColor, HairAbsorption, HairDesc, IorDesc};
         let mut roles = Roles { illuminants: HashSet::new(), unbounded: HashSet::new() };
         let shapes = description.shapes.iter();
         for shape in shapes.chain(description.groups.iter().flat_map(|g| &g.shapes)) {
@@ -406,6 +406,13 @@ impl Roles {
             };
             if let MaterialModel::MetallicRoughness(desc) = &material.model {
                 mark(description, desc.specular_color, &mut roles.unbounded);
+            }
+            if let MaterialModel::Hair(HairDesc {
+                absorption: HairAbsorption::Coefficient(t),
+                ..
+            }) = &material.model
+            {
+                mark(description, *t, &mut roles.unbounded);
             }
             if let Some(ConductorColor::EtaK { eta, k }) = color {
                 mark(description, *eta, &mut roles.unbounded);

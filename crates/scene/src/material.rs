@@ -1,14 +1,19 @@
 //! Materials: at each hit, textures are evaluated and the nested models of the file become the
 //! flat list of a [`Bsdf`].
 
+mod coating;
+mod grating;
+mod hair;
 mod metallic_roughness;
 mod oriented;
+mod tables;
 
 use crate::bsdf::{
     self, Bsdf, CoatedConductor, CoatedDiffuse, Conductor, ConductorFresnel, Dielectric, Diffuse,
-    DiffuseTransmission, Masking, Microfacet, Model, Null, OrenNayar, Part, Phong, Plastic,
-    PlasticCoat, Principled, PrincipledParameters, PrincipledThin, PrincipledThinParameters,
-    RoughPlastic, RoughTransmittance, ThinDielectric, Ward, relief_roughness,
+    DiffuseTransmission, Masking, Measured, MeasuredData, Microfacet, Model, Null, OrenNayar, Part,
+    Phong, Plastic, PlasticCoat, Principled, PrincipledParameters, PrincipledThin,
+    PrincipledThinParameters, RoughPlastic, RoughTransmittance, ThinDielectric, Ward,
+    relief_roughness,
 };
 use crate::description::{
     CoatDesc, ConductorColor, IorDesc, MaterialId, MaterialModel, PrincipledDesc, RoughnessDesc,
@@ -31,7 +36,7 @@ pub struct Materials {
     /// True for each material whose frames need their tangent along ∂p/∂u.
     oriented: Vec<bool>,
     /// Tables of each material that has some.
-    coats: Vec<Option<Coat>>,
+    tables: Vec<Option<Tables>>,
     masking: Masking,
     /// True: reflecting models reflect on both sides without being asked (pbrt).
     two_sided: bool,
@@ -41,11 +46,12 @@ pub struct Materials {
     turns_back: bool,
 }
 
-/// What plastics precompute.
-#[derive(Debug)]
-enum Coat {
+/// What materials precompute.
+#[derive(Clone, Debug)]
+enum Tables {
     Smooth(PlasticCoat),
     Rough(Arc<RoughTransmittance>),
+    Measured(Arc<MeasuredData>),
 }
 
 /// Where on the way down a nest of materials we are.
@@ -185,7 +191,7 @@ impl Hit<'_, '_> {
 
 impl Materials {
     /// Prepares the materials of a description.
-    pub fn new(description: &SceneDescription, textures: &Textures) -> Materials {
+    pub fn new(description: &SceneDescription, textures: &Textures, mode: ColorMode) -> Materials {
         // Mitsuba multiplies the shadowing of both directions, pbrt correlates their heights.
         let masking = match description.format {
             SourceFormat::Mitsuba3 | SourceFormat::Mitsuba06 => Masking::Separable,
@@ -198,7 +204,7 @@ impl Materials {
             oriented: (0..description.materials.len() as u32)
                 .map(|i| is_oriented(&description.materials, MaterialId(i), textures))
                 .collect(),
-            coats: description.materials.iter().map(|m| coat(&m.model, textures)).collect(),
+            tables: tables::of_all(&description.materials, textures, mode),
             masking,
             two_sided: description.format == SourceFormat::Pbrt,
             relief: description.format == SourceFormat::Mitsuba3,
@@ -264,6 +270,7 @@ impl Materials {
                 | M::CoatedDiffuse { .. }
                 | M::CoatedConductor { .. }
                 | M::Plastic { .. }
+                | M::Measured(_)
         );
         self.two_sided && reflects
     }
@@ -275,8 +282,16 @@ impl Materials {
 
     /// The tables of a rough plastic.
     pub(crate) fn rough_coat(&self, id: MaterialId) -> Option<Arc<RoughTransmittance>> {
-        match &self.coats[id.0 as usize] {
-            Some(Coat::Rough(tables)) => Some(tables.clone()),
+        match &self.tables[id.0 as usize] {
+            Some(Tables::Rough(tables)) => Some(tables.clone()),
+            _ => None,
+        }
+    }
+
+    /// Those of a rough coat, for the models of a hit.
+    fn rough_tables(&self, id: MaterialId) -> Option<&RoughTransmittance> {
+        match &self.tables[id.0 as usize] {
+            Some(Tables::Rough(tables)) => Some(tables),
             _ => None,
         }
     }
@@ -368,11 +383,11 @@ impl Materials {
             } => {
                 let diffuse = hit.spectrum(*diffuse_reflectance);
                 let specular = hit.spectrum(*specular_reflectance);
-                match (&self.coats[id.0 as usize], roughness) {
-                    (Some(Coat::Smooth(coat)), _) => {
+                match (&self.tables[id.0 as usize], roughness) {
+                    (Some(Tables::Smooth(coat)), _) => {
                         Model::Plastic(Plastic::new(*coat, diffuse, specular, *nonlinear))
                     }
-                    (Some(Coat::Rough(coat)), Some(r)) => {
+                    (Some(Tables::Rough(coat)), Some(r)) => {
                         let surface = hit.microfacet(r, self.masking);
                         let m = RoughPlastic::new(coat, surface, diffuse, specular, *nonlinear);
                         Model::RoughPlastic(m)
@@ -414,6 +429,32 @@ impl Materials {
                 out.push(place.part(Model::MetallicRoughness(model), place.weight));
                 return;
             }
+            M::Measured(_) => match &self.tables[id.0 as usize] {
+                Some(Tables::Measured(data)) => {
+                    Model::Measured(Measured { data, lambda: *hit.lambda })
+                }
+                _ => return,
+            },
+            M::Coating { material, .. } => {
+                let first = out.parts().len();
+                self.add(*material, place, hit, out);
+                let (model, tables) = (&self.models[id.0 as usize], self.rough_tables(id));
+                if let Some(layer) = hit.coating(model, tables, self.masking) {
+                    out.replace_from(first, |part| coating::coated(part, layer));
+                }
+                return;
+            }
+            M::PolarizedPlastic { diffuse_reflectance, specular_reflectance, ior, roughness } => {
+                let surface = hit.microfacet(roughness, self.masking);
+                let reflectance = hit.spectrum(*diffuse_reflectance);
+                let tint = hit.spectrum(*specular_reflectance);
+                coating::polarized_plastic(surface, reflectance, tint, *ior)
+            }
+            M::Grating(desc) => Model::Grating(hit.grating(desc)),
+            M::Hair(desc) => {
+                out.push(hit.hair(desc, &place));
+                return;
+            }
             M::CoatedDiffuse { reflectance, coat } => {
                 let coat = hit.coat(coat, self.masking);
                 Model::CoatedDiffuse(CoatedDiffuse::new(hit.spectrum(*reflectance), coat))
@@ -433,21 +474,6 @@ impl Materials {
 fn place_hash(p: Vec3) -> u64 {
     let bits = |v: f32| v.to_bits() as u64;
     mix_bits(bits(p.x) ^ mix_bits(bits(p.y) ^ mix_bits(bits(p.z))))
-}
-
-/// The tables of a plastic.
-fn coat(model: &MaterialModel, textures: &Textures) -> Option<Coat> {
-    let MaterialModel::Plastic { ior, roughness, .. } = model else { return None };
-    let Some(r) = roughness else { return Some(Coat::Smooth(PlasticCoat::new(*ior))) };
-    let alpha = |v: f32| if r.remap { v.max(0.0).sqrt() } else { v };
-    let tables = match (textures.constant(r.alpha_u), textures.constant(r.alpha_v)) {
-        (Some(u), Some(v)) => {
-            let surface = Microfacet::new(r.distribution, alpha(u), alpha(v));
-            RoughTransmittance::new(r.distribution, surface.alpha(), *ior)
-        }
-        _ => RoughTransmittance::with_range(r.distribution, 1e-3, 1.0, *ior),
-    };
-    Some(Coat::Rough(Arc::new(tables)))
 }
 
 impl Place {

@@ -43,6 +43,7 @@ const KNOWN: &[&str] = &[
     "polarizer",
     "retarder",
     "circular",
+    "grating",
 ];
 
 /// Roughness below this is taken to be this, as Mitsuba does for its rough models.
@@ -106,13 +107,12 @@ impl<'a> Converter<'a> {
             "roughconductor" => self.conductor(object, true),
             "plastic" => self.plastic(object, false),
             "roughplastic" => self.plastic(object, true),
-            "pplastic" => {
-                self.out
-                    .diagnostics
-                    .warning(object.type_span, "bsdf `pplastic` is not supported")
-                    .label("read as `roughplastic`");
-                self.plastic(object, true)
-            }
+            "pplastic" => MaterialModel::PolarizedPlastic {
+                diffuse_reflectance: self.specular(object, "diffuse_reflectance", 0.5),
+                specular_reflectance: self.specular(object, "specular_reflectance", 1.0),
+                ior: self.relative_ior(object, "polypropylene"),
+                roughness: self.roughness(object, true),
+            },
             "phong" => MaterialModel::Phong {
                 diffuse_reflectance: self.specular(object, "diffuse_reflectance", 0.5),
                 specular_reflectance: self.specular(object, "specular_reflectance", 0.2),
@@ -123,7 +123,10 @@ impl<'a> Converter<'a> {
             "principledthin" => self.principled(object, true),
             "null" => MaterialModel::Null { counts: true },
             "hk" => self.stand_in(object, "reflectance"),
-            "irawan" | "measured" | "measured_polarized" | "hair" => self.stand_in(object, ""),
+            "hair" => self.hair(object),
+            "grating" => self.grating(object),
+            "measured" => self.measured(object),
+            "irawan" | "measured_polarized" => self.stand_in(object, ""),
             "polarizer" | "retarder" | "circular" => {
                 self.replaced(object, "light passes unchanged");
                 MaterialModel::Null { counts: true }
@@ -147,8 +150,20 @@ impl<'a> Converter<'a> {
         MaterialModel::Diffuse { reflectance }
     }
 
+    fn measured(&mut self, object: &'a Object) -> MaterialModel {
+        let Some((path, span)) = self.file(object, "filename") else { return self.grey() };
+        match self.measured.read(&path) {
+            Ok(brdf) => MaterialModel::Measured(brdf),
+            Err(cause) => {
+                let message = format!("can't read the measured material: {cause}");
+                self.out.diagnostics.error(span, message);
+                self.grey()
+            }
+        }
+    }
+
     /// Marks everything as read, where an error was reported already.
-    fn replaced_silently(&self, object: &Object) {
+    pub(super) fn replaced_silently(&self, object: &Object) {
         for p in &object.parameters {
             p.used.set(true);
         }
@@ -185,7 +200,7 @@ impl<'a> Converter<'a> {
     }
 
     /// `distribution` and `alpha` or both of `alpha_u` and `alpha_v`; zero if smooth.
-    fn roughness(&mut self, object: &'a Object, rough: bool) -> RoughnessDesc {
+    pub(super) fn roughness(&mut self, object: &'a Object, rough: bool) -> RoughnessDesc {
         if !rough {
             let zero = self.out.float(0.0);
             let distribution = Distribution::default();

@@ -4,6 +4,7 @@ use super::document::{Dialect, Document, Kind, Object, ObjectId, Parameter, Valu
 use super::resources::Pending;
 use super::textures::Role;
 use super::{document, parse, upgrade};
+use crate::measured::MeasuredFiles;
 use kaustika_math::{Transform, Vec3};
 use kaustika_scene::description::{
     Diagnostic, GroupId, MaterialId, MediumDesc, MediumId, MotionKey, SceneDescription, Span,
@@ -25,6 +26,7 @@ pub(super) struct Converter<'a> {
     /// Objects whose unknown parameters were reported.
     finished: HashSet<ObjectId>,
     pub pending: Pending,
+    pub measured: MeasuredFiles,
     /// Feature layers that an `aov` integrator asks for.
     pub aovs: Vec<String>,
 }
@@ -41,6 +43,7 @@ impl<'a> Converter<'a> {
             active: Vec::new(),
             finished: HashSet::new(),
             pending: Pending::default(),
+            measured: MeasuredFiles::default(),
             aovs: Vec::new(),
         }
     }

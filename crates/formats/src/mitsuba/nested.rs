@@ -38,7 +38,7 @@ impl<'a> Converter<'a> {
                 MaterialModel::Mix { a: parts[0], b: parts[1], amount }
             }
             "mixturebsdf" => self.mixture(object),
-            _ => self.without_coat(object),
+            _ => self.coating(object),
         }
     }
 
@@ -107,6 +107,8 @@ impl<'a> Converter<'a> {
             M::Dielectric { .. }
             | M::ThinDielectric { .. }
             | M::DiffuseTransmission { .. }
+            | M::Hair(_)
+            | M::Grating(_)
             | M::Null { .. }
             | M::Mask { .. } => true,
             M::Bump { material, .. } | M::NormalMap { material, .. } => self.transmits(*material),
@@ -150,10 +152,48 @@ impl<'a> Converter<'a> {
         MaterialModel::Sum { parts }
     }
 
-    /// Coats are left off.
-    fn without_coat(&mut self, object: &'a Object) -> MaterialModel {
+    /// True if a coat can lie over the material.
+    fn coatable(&self, id: MaterialId) -> bool {
+        use MaterialModel as M;
+        match &self.out.materials[id.0 as usize].model {
+            M::Diffuse { .. }
+            | M::Conductor { .. }
+            | M::OrenNayar { .. }
+            | M::Phong { .. }
+            | M::Ward { .. }
+            | M::Plastic { .. } => true,
+            M::Bump { material, .. } | M::NormalMap { material, .. } => self.coatable(*material),
+            M::TwoSided { front, back } => self.coatable(*front) && self.coatable(*back),
+            M::Mix { a, b, .. } => self.coatable(*a) && self.coatable(*b),
+            M::Sum { parts } => parts.iter().all(|(_, m)| self.coatable(*m)),
+            _ => false,
+        }
+    }
+
+    /// A coat over what is inside; left off where that can't be coated.
+    fn coating(&mut self, object: &'a Object) -> MaterialModel {
         let inner = self.only_nested(object);
-        self.replaced(object, "the material inside is used without its coat");
-        self.out.materials[inner.0 as usize].model.clone()
+        if !self.coatable(inner) {
+            let message =
+                format!("`{}` over this kind of material is not supported", object.plugin);
+            let warning = self.out.diagnostics.warning(object.type_span, message);
+            warning.label("the material inside is used without its coat");
+            self.replaced_silently(object);
+            return self.out.materials[inner.0 as usize].model.clone();
+        }
+        let roughness = (object.plugin == "roughcoating").then(|| self.roughness(object, true));
+        MaterialModel::Coating {
+            material: inner,
+            ior: self.relative_ior(object, "bk7"),
+            sigma_a: self.texture(object, "sigma_a", 0.0, Role::Unbounded),
+            thickness: self.number(object, "thickness", 1.0).max(0.0),
+            specular_reflectance: self.texture(
+                object,
+                "specular_reflectance",
+                1.0,
+                Role::Reflectance,
+            ),
+            roughness,
+        }
     }
 }

@@ -235,7 +235,7 @@ impl<'a> Converter<'a> {
         })
     }
 
-    fn positive(&mut self, object: &'a Object, name: &'static str, default: f32) -> f32 {
+    pub(super) fn positive(&mut self, object: &'a Object, name: &'static str, default: f32) -> f32 {
         let value = self.number(object, name, default);
         if value > 0.0 {
             return value;

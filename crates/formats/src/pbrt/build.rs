@@ -7,6 +7,7 @@ use super::notes::Notes;
 use super::param::{ParamType, Text};
 use super::reader::Reader;
 use super::upgrade;
+use crate::measured::MeasuredFiles;
 use kaustika_scene::description::{
     EmissionDesc, MaterialId, MaterialModel, MediumDesc, MediumId, SceneDescription, SourceFile,
     SourceFormat, Span, TextureId, TextureNode,
@@ -33,6 +34,7 @@ pub(super) struct Builder {
     pub scene: Entities,
     pub notes: Notes,
     pub images: Images,
+    pub measured: MeasuredFiles,
     pub textures: Vec<Slot<TextureId>>,
     pub named_materials: Vec<Slot<MaterialId>>,
     pub materials: Vec<Option<MaterialId>>,
@@ -76,6 +78,7 @@ pub(super) fn build(mut reader: Reader) -> SceneDescription {
         scene,
         notes: reader.notes,
         images: Images::default(),
+        measured: MeasuredFiles::default(),
         depth: 0,
         default_material: None,
         unknown: HashSet::new(),

@@ -124,7 +124,7 @@ impl Builder {
             "mix" => self.mix(e)?,
             "interface" => MaterialModel::Null { counts: false },
             "hair" => self.hair(e),
-            "measured" => self.measured(e),
+            "measured" => self.measured(e)?,
             "subsurface" => self.subsurface(e)?,
             kind => {
                 let message = format!("unknown material `{kind}`");
@@ -250,22 +250,21 @@ impl Builder {
         Some(MaterialModel::Mix { a: part(a), b: part(b), amount })
     }
 
-    fn hair(&mut self, e: &mut Entity) -> MaterialModel {
-        let message = "material `hair` is not supported, a diffuse of its colour is used";
-        self.notes.warning(e.kind.span, message);
-        let given =
-            self.albedo_or_none(e, "reflectance").or_else(|| self.albedo_or_none(e, "color"));
-        e.params.ignore_rest();
-        // Brown, as pbrt's default melanin looks.
-        let reflectance = given.unwrap_or_else(|| self.desc.rgb([0.23, 0.13, 0.07]));
-        MaterialModel::Diffuse { reflectance }
-    }
-
-    fn measured(&mut self, e: &mut Entity) -> MaterialModel {
-        let message = "material `measured` is not supported, a grey diffuse is used";
-        self.notes.warning(e.kind.span, message);
-        e.params.ignore_rest();
-        MaterialModel::Diffuse { reflectance: self.constant(0.5) }
+    fn measured(&mut self, e: &mut Entity) -> Option<MaterialModel> {
+        let Some(name) = e.params.string(&mut self.desc.diagnostics, "filename") else {
+            let message = "material `measured` needs \"string filename\"";
+            self.desc.diagnostics.error(e.kind.span, message);
+            return None;
+        };
+        let path = self.file(&name, "material")?;
+        match self.measured.read(&path) {
+            Ok(brdf) => Some(MaterialModel::Measured(brdf)),
+            Err(cause) => {
+                let message = format!("can't read measured material `{}`: {cause}", name.text);
+                self.desc.diagnostics.error(name.span, message);
+                None
+            }
+        }
     }
 
     fn subsurface(&mut self, e: &mut Entity) -> Option<MaterialModel> {

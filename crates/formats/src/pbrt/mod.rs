@@ -17,6 +17,7 @@ mod curves;
 mod directive;
 mod emission;
 mod entity;
+mod fibres;
 mod files;
 mod images;
 mod lexer;

@@ -129,6 +129,13 @@ impl<'a> Bsdf<'a> {
         }
     }
 
+    /// Replaces the models from number `first` on.
+    pub fn replace_from(&mut self, first: usize, f: impl Fn(Part<'a>) -> Part<'a>) {
+        self.parts[first..].iter_mut().for_each(|part| *part = f(*part));
+        let lobes = self.parts.iter().map(|part| part.model.lobes());
+        self.lobes = lobes.fold(Lobes::NONE, |a, b| a | b);
+    }
+
     /// The models.
     pub fn parts(&self) -> &[Part<'a>] {
         &self.parts

@@ -21,14 +21,18 @@
 //! * `eval` and `pdf` are pure functions of their arguments.
 
 mod albedo;
+mod coating;
 mod composite;
 mod conductor;
 mod dielectric;
 mod diffuse;
 mod diffuse_transmission;
 pub mod fresnel;
+mod grating;
+mod hair;
 mod layered;
 mod lobes;
+mod measured;
 mod metallic_roughness;
 mod microfacet;
 mod model;
@@ -46,13 +50,17 @@ mod thin_dielectric;
 mod ward;
 
 pub use albedo::microfacet_albedo;
+pub use coating::{Coating, CoatingLayer};
 pub use composite::{Bsdf, MAX_PARTS, Part, relief_roughness, relief_shadowing};
 pub use conductor::{Conductor, ConductorFresnel};
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
 pub use diffuse_transmission::DiffuseTransmission;
+pub use grating::{Grating, GratingLight, GratingProfile};
+pub use hair::{Across, EUMELANIN, Hair, HairParameters, PHEOMELANIN, absorption_of_color};
 pub use layered::{Coat, CoatedConductor, CoatedDiffuse, Layered};
 pub use lobes::Lobes;
+pub use measured::{Measured, MeasuredData};
 pub use metallic_roughness::{
     Boundary, Clearcoat, Film, MetallicRoughness, MetallicRoughnessParameters,
 };

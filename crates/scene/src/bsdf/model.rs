@@ -1,9 +1,9 @@
 //! The closed set of scattering models.
 
 use super::{
-    BsdfSample, CoatedConductor, CoatedDiffuse, Conductor, Dielectric, Diffuse,
-    DiffuseTransmission, Lobes, MetallicRoughness, Mode, Null, OrenNayar, Phong, Plastic,
-    Principled, PrincipledThin, RoughPlastic, Scatter, ThinDielectric, Ward,
+    BsdfSample, CoatedConductor, CoatedDiffuse, Coating, Conductor, Dielectric, Diffuse,
+    DiffuseTransmission, Grating, Hair, Lobes, Measured, MetallicRoughness, Mode, Null, OrenNayar,
+    Phong, Plastic, Principled, PrincipledThin, RoughPlastic, Scatter, ThinDielectric, Ward,
 };
 use kaustika_math::{Vec2, Vec3};
 use kaustika_spectra::Spectrum;
@@ -82,6 +82,14 @@ models! {
     CoatedDiffuse(CoatedDiffuse),
     /// Metal under a coat.
     CoatedConductor(CoatedConductor),
+    /// Another model under a coat.
+    Coating(Coating<'a>),
+    /// Lines that diffract.
+    Grating(Grating<'a>),
+    /// A fibre.
+    Hair(Hair),
+    /// What was measured.
+    Measured(Measured<'a>),
     /// Nothing there.
     Null(Null),
 }

@@ -1,6 +1,9 @@
 //! Materials: what the readers found, in Kaustika's own set of scattering models.
 
-use super::{MetallicRoughnessDesc, Span, TangentSpace, TextureId};
+use super::{
+    GratingDesc, HairDesc, MeasuredBrdf, MetallicRoughnessDesc, Span, TangentSpace, TextureId,
+};
+use std::sync::Arc;
 
 /// Index into [`super::SceneDescription::materials`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -150,6 +153,34 @@ pub enum MaterialModel {
         /// Coat.
         coat: CoatDesc,
     },
+    /// Mitsuba 0.6's coating and roughcoating: a dielectric coat over another material that
+    /// reflects, without light that goes between the two more than once.
+    Coating {
+        /// What is coated.
+        material: MaterialId,
+        /// Index of the coat over the outside.
+        ior: f32,
+        /// Absorption inside, in inverse units of the thickness; unbounded.
+        sigma_a: TextureId,
+        /// Thickness of the coat.
+        thickness: f32,
+        /// Multiplies the coat's reflection.
+        specular_reflectance: TextureId,
+        /// `None`: smooth.
+        roughness: Option<RoughnessDesc>,
+    },
+    /// Mitsuba 3's pplastic without its polarization: a rough reflection, and a matte base that
+    /// is lit and seen through a smooth surface.
+    PolarizedPlastic {
+        /// Base colour.
+        diffuse_reflectance: TextureId,
+        /// Multiplies the surface's reflection.
+        specular_reflectance: TextureId,
+        /// Interior over exterior index.
+        ior: f32,
+        /// Roughness of the reflection.
+        roughness: RoughnessDesc,
+    },
     /// Modified Phong (Lafortune & Willems 1994), Mitsuba 0.6.
     Phong {
         /// Diffuse albedo.
@@ -176,6 +207,12 @@ pub enum MaterialModel {
     Principled(PrincipledDesc),
     /// glTF 2.0's metallic-roughness model.
     MetallicRoughness(Box<MetallicRoughnessDesc>),
+    /// A diffraction grating.
+    Grating(GratingDesc),
+    /// Hair and fur (Chiang et al. 2016), of pbrt and Mitsuba 3.
+    Hair(HairDesc),
+    /// Measured (Dupuy & Jakob 2018), of pbrt and Mitsuba 3.
+    Measured(Arc<MeasuredBrdf>),
     /// A random choice, (1 - amount) a + amount b.
     Mix {
         /// At amount 0.

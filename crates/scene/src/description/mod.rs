@@ -6,8 +6,11 @@
 mod bitmap;
 mod camera;
 mod curve;
+mod grating;
+mod hair;
 mod light;
 mod material;
+mod measured;
 mod mesh;
 mod metallic_roughness;
 mod shape;
@@ -19,11 +22,14 @@ pub use camera::{
     CameraDesc, CameraKind, FilmDesc, FilterChoice, FovAxis, IntegratorDesc, MeterTarget,
 };
 pub use curve::{CurveProfile, CurveSegment, Curves};
+pub use grating::{GratingDesc, GratingProfileDesc};
+pub use hair::{FibreLayout, HairAbsorption, HairDesc};
 pub use light::{EnvironmentLayout, LightDesc, LightKind, SkyDesc, SpotFalloff};
 pub use material::{
     CoatDesc, ConductorColor, Distribution, IorDesc, MaterialDesc, MaterialId, MaterialModel,
     PrincipledDesc, RoughnessDesc, WardVariant,
 };
+pub use measured::{MeasuredBrdf, MeasuredChannels, SquareTable};
 pub use mesh::{MeshAttribute, TriMesh};
 pub use metallic_roughness::{
     AnisotropyDesc, ClearcoatDesc, DiffuseTransmissionDesc, IridescenceDesc, MetallicRoughnessDesc,

@@ -285,3 +285,95 @@ fn scale_textures_of_mitsuba_06() {
     assert!(matches!(node(&d, *texture), TextureNode::Checkerboard { .. }));
     assert_eq!(float(&d, *scale), 0.5);
 }
+
+#[test]
+fn hair_and_its_faults() {
+    let (d, m) = model(r#"<bsdf type="hair"/>"#);
+    let MaterialModel::Hair(hair) = m else { panic!() };
+    assert_eq!(hair.layout, FibreLayout::TubeAlongV);
+    let figures = [hair.eta, hair.beta_m, hair.beta_n, hair.alpha].map(|t| float(&d, t));
+    assert_eq!(figures, [1.55 / 1.000277, 0.3, 0.3, 2.0]);
+    let HairAbsorption::Melanin { eumelanin, pheomelanin } = hair.absorption else { panic!() };
+    assert_eq!((float(&d, eumelanin), float(&d, pheomelanin)), (1.3, 0.2));
+    let (d, m) = model(
+        r#"<bsdf type="hair"><rgb name="sigma_a" value="0.2, 0.25, 0.7"/>
+        <float name="scale" value="200"/></bsdf>"#,
+    );
+    let MaterialModel::Hair(hair) = m else { panic!() };
+    let HairAbsorption::Coefficient(t) = hair.absorption else { panic!() };
+    let TextureNode::Scale { scale, .. } = node(&d, t) else { panic!() };
+    assert_eq!(float(&d, *scale), 200.0);
+    let bad = r#"<bsdf type="hair"><float name="eumelanin" value="1"/><rgb name="sigma_a"
+        value="1"/><float name="azimuthal_roughness" value="1.5"/></bsdf>"#;
+    let (_, messages) = read("3.0.0", &on_sphere(bad));
+    assert_eq!(messages.len(), 2, "{messages:?}");
+    assert!(messages[0].contains("exclude each other"), "{messages:?}");
+    assert!(messages[1].contains("`azimuthal_roughness` must lie in [0, 1]"), "{messages:?}");
+}
+
+#[test]
+fn coats_of_mitsuba_06() {
+    let (d, m) = model06(
+        r#"<bsdf type="coating"><float name="intIOR" value="1.7"/><float name="extIOR" value="1"/>
+        <float name="thickness" value="2"/><spectrum name="sigmaA" value="0.1 0.2 0.3"/>
+        <bsdf type="roughconductor"/></bsdf>"#,
+    );
+    let MaterialModel::Coating { material, ior, sigma_a, thickness, roughness, .. } = m else {
+        panic!("{m:?}")
+    };
+    assert_eq!((ior, thickness, roughness), (1.7, 2.0, None));
+    assert!(matches!(d.materials[material.0 as usize].model, MaterialModel::Conductor { .. }));
+    assert!(matches!(node(&d, sigma_a), TextureNode::Spectrum(_)));
+    let (d, m) = model06(
+        r#"<bsdf type="roughcoating"><float name="alpha" value="0.2"/>
+        <string name="distribution" value="ggx"/><bsdf type="diffuse"/></bsdf>"#,
+    );
+    let MaterialModel::Coating { ior, roughness: Some(r), thickness, .. } = m else { panic!() };
+    assert_eq!((ior, thickness), (1.5046 / 1.000277, 1.0));
+    assert_eq!((r.distribution, float(&d, r.alpha_u)), (Distribution::Ggx, 0.2));
+    let glass = r#"<bsdf type="coating"><float name="thickness" value="2"/>
+        <bsdf type="dielectric"/></bsdf>"#;
+    let (d, messages) = read("0.6.0", &on_sphere(glass));
+    assert_eq!(
+        messages,
+        ["warning 2:34 `coating` over this kind of material is not supported | the material \
+          inside is used without its coat"]
+    );
+    assert!(matches!(only_model(&d), MaterialModel::Dielectric { .. }));
+}
+
+#[test]
+fn polarized_plastic() {
+    let (d, m) = model(r#"<bsdf type="pplastic"><float name="alpha" value="0.06"/></bsdf>"#);
+    let MaterialModel::PolarizedPlastic { ior, roughness, diffuse_reflectance, .. } = m else {
+        panic!()
+    };
+    assert_eq!((ior, float(&d, roughness.alpha_u)), (1.49 / 1.000277, 0.06));
+    assert_eq!(float(&d, diffuse_reflectance), 0.5);
+}
+
+#[test]
+fn gratings_and_their_faults() {
+    let (_, m) = model(
+        r#"<bsdf type="grating"><float name="period" value="1600"/>
+        <float name="depth" value="120"/></bsdf>"#,
+    );
+    let MaterialModel::Grating(g) = m else { panic!() };
+    let ior = 1.5046 / 1.000277;
+    let sinusoid = GratingProfileDesc::Sinusoidal { depth: 120.0, ior };
+    assert_eq!((g.period, g.profile), (1600.0, sinusoid));
+    let (_, m) =
+        model(r#"<bsdf type="grating"><string name="efficiencies" value="0.4, 0.2"/></bsdf>"#);
+    let MaterialModel::Grating(g) = m else { panic!() };
+    assert_eq!(g.profile, GratingProfileDesc::Efficiencies(vec![0.4, 0.2]));
+    let bad = r#"<bsdf type="grating"><string name="efficiencies" value="0.4, 0.4"/>
+        <float name="period" value="0"/></bsdf>"#;
+    let (_, messages) = read("3.0.0", &on_sphere(bad));
+    assert_eq!(
+        messages,
+        [
+            "error 3:37 `period` must be positive",
+            "error 2:78 the efficiencies of all orders, ±m counted twice, exceed 1"
+        ]
+    );
+}

@@ -2,7 +2,8 @@
 
 use super::{material, messages, model, number, read, rgb, spectrum_name, world};
 use kaustika_scene::description::{
-    CoatDesc, ConductorColor, IorDesc, MaterialModel, RoughnessDesc, SceneDescription, TextureNode,
+    CoatDesc, ConductorColor, FibreLayout, HairAbsorption, IorDesc, MaterialModel, RoughnessDesc,
+    SceneDescription, TextureNode,
 };
 use kaustika_spectra::SpectrumDesc;
 
@@ -132,24 +133,76 @@ fn displacement_is_a_bump_map() {
 }
 
 #[test]
+fn hair_by_each_of_its_colours() {
+    let hair = |text: &str| {
+        let (s, m) = material(&format!("Material \"hair\" {text}"));
+        let MaterialModel::Hair(desc) = m else { panic!() };
+        (s, desc)
+    };
+    let (s, d) = hair("");
+    assert_eq!(d.layout, FibreLayout::RibbonAlongU);
+    let figures = [d.eta, d.beta_m, d.beta_n, d.alpha].map(|t| number(&s, t));
+    assert_eq!(figures, [1.55, 0.3, 0.3, 2.0]);
+    let HairAbsorption::Melanin { eumelanin, pheomelanin } = d.absorption else { panic!() };
+    assert_eq!((number(&s, eumelanin), number(&s, pheomelanin)), (1.3, 0.0));
+    let (s, d) = hair("\"float pheomelanin\" .4 \"float beta_m\" .2");
+    let HairAbsorption::Melanin { eumelanin, pheomelanin } = d.absorption else { panic!() };
+    assert_eq!((number(&s, eumelanin), number(&s, pheomelanin)), (0.0, 0.4));
+    assert_eq!(number(&s, d.beta_m), 0.2);
+    let (s, d) = hair("\"rgb reflectance\" [ .1 .2 .3 ]");
+    let HairAbsorption::Color(t) = d.absorption else { panic!() };
+    assert_eq!(rgb(&s, t), [0.1, 0.2, 0.3]);
+    let (s, d) = hair("\"rgb sigma_a\" [ 1 2 3 ]");
+    let HairAbsorption::Coefficient(t) = d.absorption else { panic!() };
+    assert_eq!(rgb(&s, t), [1.0, 2.0, 3.0]);
+    let s = read(
+        "WorldBegin Material \"hair\" \"rgb reflectance\" [ 1 1 1 ] \"rgb sigma_a\" [ 1 2 3 ]",
+    );
+    assert_eq!(
+        messages(&s),
+        "warning 1:21 <\"hair\"> hair has more than one colour, `sigma_a` is used\n"
+    );
+}
+
+#[test]
+fn measured_materials_and_their_faults() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let main = folder.path().join("scene.pbrt");
+    std::fs::write(folder.path().join("a.bsdf"), crate::measured::tests::file()).expect("written");
+    std::fs::write(folder.path().join("b.bsdf"), b"tensor").expect("written");
+    let text = "WorldBegin
+Material \"measured\" \"string filename\" \"a.bsdf\"
+Shape \"sphere\"
+Material \"measured\" \"string filename\" \"b.bsdf\"
+Material \"measured\"
+Material \"measured\" \"string filename\" \"a.bsd\"
+Material \"measured\" \"string filename\" \"a.bsdf\"
+Shape \"sphere\"";
+    let s = crate::pbrt::read_pbrt_str(text, &main);
+    assert_eq!(
+        messages(&s),
+        "error 4:39 <\"b.bsdf\"> can't read measured material `b.bsdf`: not a tensor file: it does \
+         not begin with `tensor_file`\n\
+         error 5:10 <\"measured\"> material `measured` needs \"string filename\"\n\
+         error 6:39 <\"a.bsd\"> no material file `a.bsd`; did you mean `a.bsdf`?\n"
+    );
+    let MaterialModel::Measured(first) = model(&s, &s.shapes[0]) else { panic!() };
+    let MaterialModel::Measured(second) = model(&s, &s.shapes[1]) else { panic!() };
+    assert!(std::sync::Arc::ptr_eq(first, second));
+}
+
+#[test]
 fn kinds_we_lack_are_replaced_by_the_nearest() {
     let text = "WorldBegin
-Material \"hair\" \"rgb reflectance\" [ .1 .2 .3 ] \"float beta_m\" .2
-Shape \"sphere\"
-Material \"measured\" \"string filename\" \"x.bsdf\"
 Material \"subsurface\" \"float eta\" 1.4 \"string name\" \"Skin1\"
 Shape \"sphere\"";
     let s = read(text);
     assert_eq!(
         messages(&s),
-        "warning 2:10 <\"hair\"> material `hair` is not supported, a diffuse of its colour is used\n\
-         warning 4:10 <\"measured\"> material `measured` is not supported, a grey diffuse is used\n\
-         warning 5:10 <\"subsurface\"> material `subsurface` is not supported, a coated diffuse is \
+        "warning 2:10 <\"subsurface\"> material `subsurface` is not supported, a coated diffuse is \
          used\n"
     );
-    let MaterialModel::Diffuse { reflectance } = model(&s, &s.shapes[0]) else { panic!() };
-    assert_eq!(rgb(&s, *reflectance), [0.1, 0.2, 0.3]);
-    let MaterialModel::CoatedDiffuse { coat, .. } = model(&s, &s.shapes[1]) else { panic!() };
+    let MaterialModel::CoatedDiffuse { coat, .. } = model(&s, &s.shapes[0]) else { panic!() };
     assert_eq!(coat.ior, IorDesc::Constant(1.4));
 }
 
