@@ -2,14 +2,15 @@
 
 use crate::camera::Camera;
 use crate::description::{
-    EmissionDesc, GeometryDesc, MaterialModel, SceneDescription, ShapeDesc, SourceFormat,
-    TextureId, TriMesh,
+    EmissionDesc, GeometryDesc, MaterialModel, MediumId, SceneDescription, ShapeDesc,
+    SourceFormat, TextureId, TriMesh,
 };
 use crate::error::BuildError;
 use crate::geometry::{Geometry, Group, Instance};
 use crate::lanes::{Lamps, Plain};
 use crate::light::{AreaLight, AreaShape, Light, LightSelection, LightSelectionKind, mean_power};
 use crate::material::Materials;
+use crate::medium::Medium;
 use crate::scene::{Scene, ShapeInfo};
 use crate::shape::{MeshRange, Quadric, QuadricForm, TriangleStore};
 use crate::surface::LightId;
@@ -117,6 +118,12 @@ impl Scene {
         );
         let materials = Materials::new(description, &textures);
         let camera = Camera::new(camera_desc, resolution, &description.shapes, &geometry)?;
+        let in_media = camera_desc.medium.is_some()
+            || gathered.shapes.iter().any(|s| s.boundary.is_some_and(|b| b != [None; 2]));
+        let media = match in_media {
+            true => description.media.iter().map(|m| Medium::new(m, options.mode)).collect(),
+            false => Vec::new(),
+        };
 
         let bounds = geometry.bounds().with_point(camera.position());
         let (center, radius) = bounds.bounding_sphere();
@@ -125,6 +132,8 @@ impl Scene {
             shapes: gathered.shapes,
             textures,
             materials,
+            media,
+            camera_medium: camera_desc.medium,
             lights: gathered.lights,
             environments: Vec::new(),
             light_selection: LightSelection::default(),
@@ -209,6 +218,7 @@ impl Gathered {
             material: desc.material,
             alpha: desc.alpha,
             interface,
+            boundary: boundary(description.format, desc),
         });
         let first_light = self.lights.len();
         // An instance has no lights of its own: its emission would need one for each placement.
@@ -351,6 +361,17 @@ impl Gathered {
         }
         Ok(())
     }
+}
+
+/// What a shape bounds. The same medium on both sides is no boundary for pbrt: light stays in the
+/// medium it is in.
+fn boundary(format: SourceFormat, desc: &ShapeDesc) -> Option<[Option<MediumId>; 2]> {
+    let sides = [desc.interior, desc.exterior];
+    let bounds = match format {
+        SourceFormat::Pbrt => desc.interior != desc.exterior,
+        _ => sides != [None; 2],
+    };
+    bounds.then_some(sides)
 }
 
 fn area_light(e: &EmissionDesc, shape: AreaShape) -> Light {

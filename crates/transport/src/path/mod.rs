@@ -9,6 +9,7 @@ mod pack;
 mod params;
 mod plain;
 mod start;
+mod volume;
 mod walk;
 mod wave;
 
@@ -79,7 +80,8 @@ impl Method for PathTracer {
         frame: &Frame,
         workers: &Workers,
     ) -> Result<(), RenderError> {
-        if self.params.mis.samples_lights() {
+        // What is learned of surfaces says nothing of points in media.
+        if self.params.mis.samples_lights() && !scene.has_media() {
             self.lights = lights::learn(scene, frame, self.params.max_bounces(), workers);
         }
         Ok(())
@@ -96,7 +98,9 @@ impl Method for PathTracer {
         let lights = self.lights.as_ref().unwrap_or(&scene.light_selection);
         let integrator = Integrator::new(scene, frame, &self.params).with_lights(lights);
         let rows = rows(frame.size());
-        let bands = workers.bands(out, rows, Wave::new, |wave, band| match self.alone {
+        // The vertices of paths through media have little in common: they go one by one.
+        let alone = self.alone || scene.has_media();
+        let bands = workers.bands(out, rows, Wave::new, |wave, band| match alone {
             true => trace_alone(&integrator, index, band),
             false => wave.trace(&integrator, index, band),
         })?;
