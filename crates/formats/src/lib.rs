@@ -5,4 +5,6 @@ pub mod gltf;
 pub mod mesh;
 pub mod mitsuba;
 pub mod pbrt;
+mod presets;
 pub mod resources;
+mod vol;

@@ -2,8 +2,8 @@
 
 use crate::camera::Camera;
 use crate::description::{
-    EmissionDesc, GeometryDesc, MaterialModel, MediumId, SceneDescription, ShapeDesc,
-    SourceFormat, TextureId, TriMesh,
+    EmissionDesc, GeometryDesc, MaterialModel, MediumId, SceneDescription, ShapeDesc, SourceFormat,
+    TextureId, TriMesh,
 };
 use crate::error::BuildError;
 use crate::geometry::{Geometry, Group, Instance};

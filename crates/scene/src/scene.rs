@@ -128,7 +128,12 @@ impl Scene {
     /// The medium that a ray along `d` from the surface enters, `medium` being the one it came
     /// through: the shape's on that side, or the same if the shape bounds none.
     #[inline]
-    pub fn medium_beyond(&self, s: &Surface, d: Vec3, medium: Option<MediumId>) -> Option<MediumId> {
+    pub fn medium_beyond(
+        &self,
+        s: &Surface,
+        d: Vec3,
+        medium: Option<MediumId>,
+    ) -> Option<MediumId> {
         match self.shapes[s.shape as usize].boundary {
             Some(sides) => sides[usize::from(s.ng.dot(d) > 0.0)],
             None => medium,

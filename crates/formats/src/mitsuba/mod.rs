@@ -26,6 +26,7 @@ mod find;
 mod integrators;
 mod ior;
 mod matrix;
+mod media;
 mod meters;
 mod nested;
 mod parse;

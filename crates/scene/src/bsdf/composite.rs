@@ -243,9 +243,7 @@ impl<'a> Bsdf<'a> {
         for part in &self.parts {
             let (passes, chance) = match &part.model {
                 Model::Null(_) => (Spectrum::ONE, 1.0),
-                Model::ThinDielectric(pane) if panes => {
-                    pane.straight(part.frame.to_local(wo))
-                }
+                Model::ThinDielectric(pane) if panes => pane.straight(part.frame.to_local(wo)),
                 _ => continue,
             };
             value += passes * part.weight;

@@ -140,8 +140,9 @@ mod tests {
         let whole = boxes.iter().fold(Bounds3::EMPTY, |b, o| b.union(*o));
         let mut seen = 0;
         for i in 0..2000u64 {
-            let unit =
-                |k: u64| (kaustika_math::mix_bits(16 * i + k) >> 40) as f32 / (1 << 24) as f32 - 0.5;
+            let unit = |k: u64| {
+                (kaustika_math::mix_bits(16 * i + k) >> 40) as f32 / (1 << 24) as f32 - 0.5
+            };
             let o = whole.center() + Vec3::new(unit(1), unit(2), unit(3)) * 6.0;
             // Some along an axis.
             let d = match i % 10 {

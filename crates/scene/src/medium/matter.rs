@@ -138,7 +138,12 @@ pub(super) struct Glow {
 pub(super) enum Source {
     Radiance(Field),
     /// Black bodies of (value - offset) · factor kelvin.
-    Temperature { grid: Grid, offset: f32, factor: f32, colors: Vec<[f32; 3]> },
+    Temperature {
+        grid: Grid,
+        offset: f32,
+        factor: f32,
+        colors: Vec<[f32; 3]>,
+    },
 }
 
 /// Black bodies that are tabulated in RGB mode: one every so many kelvin.

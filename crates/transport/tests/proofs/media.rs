@@ -151,7 +151,8 @@ fn once_scattered(sigma_t: f64, albedo: f64, g: f64) -> f64 {
 #[test]
 fn once_scattered_light_of_a_ball() {
     for form in FORMS {
-        for (g, mis) in [(0.0, "power"), (0.5, "power"), (-0.6, "balance"), (0.5, "bsdf"), (0.5, "light")]
+        for (g, mis) in
+            [(0.0, "power"), (0.5, "power"), (-0.6, "balance"), (0.5, "bsdf"), (0.5, "light")]
         {
             let mut stage = Stage::new();
             stage.sky(1.0);
@@ -344,8 +345,10 @@ fn a_medium_of_one_colour_alone_is_that() {
     // Nothing scatters or absorbs red and green: blue light alone is changed.
     let mut m = medium(Form::Even, 1.0, 1.0, hg(0.3));
     let (first, second) = (rgb([0.0, 0.0, 2.0]), rgb([0.0, 0.0, 0.7]));
-    m.coefficients =
-        CoefficientsDesc::ExtinctionAlbedo(VolumeDesc::Constant(first), VolumeDesc::Constant(second));
+    m.coefficients = CoefficientsDesc::ExtinctionAlbedo(
+        VolumeDesc::Constant(first),
+        VolumeDesc::Constant(second),
+    );
     let together = channels(&foggy_room(m), ColorMode::Rgb, json!({}), 3000, 8);
     for (k, sigma, albedo) in [(1, 0.0, 0.0), (2, 2.0, 0.7)] {
         let grey = foggy_room(medium(Form::Even, sigma, albedo, hg(0.3)));
@@ -409,7 +412,8 @@ fn shadow_rays_pass_what_paths_pass() {
         stage
     };
     let mean = |mis: &str, seed| {
-        channels(&build(), ColorMode::Rgb, json!({"mis": mis, "rr_depth": 20}), 4000, seed)[0].clone()
+        channels(&build(), ColorMode::Rgb, json!({"mis": mis, "rr_depth": 20}), 4000, seed)[0]
+            .clone()
     };
     let reference = mean("bsdf", 12);
     for (mis, seed) in [("power", 13), ("balance", 14), ("max", 15)] {

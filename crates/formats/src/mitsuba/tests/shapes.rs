@@ -95,16 +95,3 @@ fn meshes_are_loaded_and_shared() {
     assert_eq!(d.instances[0].group, d.instances[1].group);
     assert_eq!(d.instances[1].transform.point(Vec3::ZERO).x, 3.0);
 }
-
-#[test]
-fn media_are_named_and_left_out() {
-    let (d, messages) = read(
-        "3.0.0",
-        r#"<medium type="homogeneous" id="fog"/>
-<shape type="cube"><bsdf type="null"/><ref name="interior" id="fog"/></shape>"#,
-    );
-    assert_eq!(messages, ["warning 2:1 participating media are not rendered yet | left out"]);
-    assert_eq!((d.media[0].name.as_str(), d.media[0].kind.as_str()), ("fog", "homogeneous"));
-    assert_eq!((d.shapes[0].interior, d.shapes[0].exterior), (Some(MediumId(0)), None));
-    assert_eq!(*only_model(&d), MaterialModel::Null { counts: true });
-}

@@ -93,9 +93,7 @@ impl<'a> Integrator<'a> {
             let record = record.as_deref_mut();
             let goes_on = match self.travel(walk, &mut flight, end) {
                 Travel::Ended => false,
-                Travel::Scattered(s) => {
-                    self.scatter(walk, &mut flight, &s, sampler, record, stats)
-                }
+                Travel::Scattered(s) => self.scatter(walk, &mut flight, &s, sampler, record, stats),
                 Travel::Passed => match &hit {
                     None => {
                         if self.shows(walk.depth) {
@@ -106,9 +104,7 @@ impl<'a> Integrator<'a> {
                         }
                         false
                     }
-                    Some(hit) => {
-                        self.meet(walk, &mut flight, hit, sampler, bsdf, record, stats)
-                    }
+                    Some(hit) => self.meet(walk, &mut flight, hit, sampler, bsdf, record, stats),
                 },
             };
             if !goes_on {
@@ -250,12 +246,7 @@ impl<'a> Integrator<'a> {
 }
 
 /// Goes straight on beyond a surface; false if the path has passed too many.
-fn pass(
-    integrator: &Integrator,
-    walk: &mut Walk,
-    flight: &mut Flight,
-    surface: &Surface,
-) -> bool {
+fn pass(integrator: &Integrator, walk: &mut Walk, flight: &mut Flight, surface: &Surface) -> bool {
     let d = walk.segment.ray.d;
     walk.passages += 1;
     flight.medium = integrator.scene().medium_beyond(surface, d, flight.medium);
