@@ -20,7 +20,8 @@ impl Medium {
                 (field(a, Unbounded, mode), field(s, Unbounded, mode), false)
             }
             CoefficientsDesc::ExtinctionAlbedo(t, a) => {
-                (field(t, Unbounded, mode), field(a, Albedo, mode), true)
+                let role = if is_fraction(t) { Albedo } else { Unbounded };
+                (field(t, role, mode), field(a, Albedo, mode), true)
             }
         };
         let density = desc.density.as_ref().map(Grid::new);
@@ -57,6 +58,13 @@ impl Medium {
             scatters,
         }
     }
+}
+
+/// True for a colour within [0, 1]. As an extinction it has the spectrum of a reflectance, to be
+/// scaled, as in Mitsuba 3.
+fn is_fraction(desc: &VolumeDesc) -> bool {
+    let VolumeDesc::Constant(SpectrumDesc::Rgb { rgb, .. }) = desc else { return false };
+    rgb.iter().all(|c| (0.0..=1.0).contains(c))
 }
 
 /// The corners of a box that holds every grid's cube.

@@ -8,6 +8,7 @@
 //!   real ones (σₜ/σ̄) scatter, f = σₛ T̄, and null ones go on, f = p = (σ̄ - σₜ) T̄      (3)
 //! β ← β f / ⟨s p⟩,   s ← s p / ⟨s p⟩,   ℓ ← ℓ q / ⟨s p⟩                             (4)
 //! w_b = h(⟨ℓ⟩ p p_l, p_b),   w_l = 1 - w_b                                         (5)
+//! homogeneous, beside a lamp: p(t) = (1 - α) σₜ T(t) + α (1 - T(end)) p_lamp(t)      (6)
 //! ```
 //!
 //! The coefficients differ between the lanes of a spectrum, so each lane would choose distances
@@ -20,9 +21,13 @@
 //! never scatter, so they pass homogeneous media with certainty and others by ratio tracking,
 //! q = σ̄ T̄ a collision (Novák et al. 2014). A vertex sets ℓ = s.
 //!
+//! Of the paths that scatter in a homogeneous medium a share α does so where a lamp's light is
+//! strong ([`equiangular`]); how many scatter stays as (2) has it, so that ℓ need not know.
+//!
 //! What goes straight through a surface (a boundary between media, a cut-out, a thin pane) is no
 //! bounce, and shadow rays pass it too, as in Mitsuba's `volpath`. pbrt's panes stop shadow rays.
 
+mod equiangular;
 mod shadow;
 mod shares;
 mod tracking;

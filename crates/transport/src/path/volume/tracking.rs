@@ -2,10 +2,15 @@
 
 use super::super::integrate::Integrator;
 use super::super::walk::Walk;
+use super::equiangular::Equiangular;
 use super::shares::optical_distance;
 use super::{Flight, Scattering};
+use kaustika_math::{Vec2, Vec3};
 use kaustika_scene::medium::{Coefficients, Medium};
 use kaustika_spectra::Spectrum;
+
+/// Share of the places of scattering that a lamp's light decides; the rest follow (2) alone.
+const BY_LAMP: f32 = 0.5;
 
 /// What happened on the way.
 pub(super) enum Travel {
@@ -71,15 +76,48 @@ impl<'a> Integrator<'a> {
             return None;
         }
         let sigma = sigma_t[shares.hero];
-        let distance = optical_distance(flight.u_distance) / sigma;
+        let mut distance = optical_distance(flight.u_distance) / sigma;
         if sigma > 0.0 && distance < length {
+            let lamp = self.lamp_along(walk, flight, (t0, t1));
+            let stream = &mut flight.stream;
+            if let (Some(lamp), true) = (&lamp, stream.next() < BY_LAMP) {
+                distance = (lamp.sample(stream.next()) - t0).clamp(0.0, length);
+            }
             let t = transmittance(sigma_t, distance);
-            shares.event(&mut walk.beta, c.sigma_s * t, sigma_t * t, Spectrum::ZERO); // (2)
+            let mut p = sigma_t * t; // (2)
+            if let Some(lamp) = &lamp {
+                let scatters = Spectrum::ONE - transmittance(sigma_t, length);
+                p = p * (1.0 - BY_LAMP) + scatters * (BY_LAMP * lamp.pdf(t0 + distance)); // (6)
+            }
+            flight.shares.event(&mut walk.beta, c.sigma_s * t, p, Spectrum::ZERO);
             return Some((t0 + distance, c.sigma_s.safe_div(sigma_t)));
         }
         let t = transmittance(sigma_t, length);
         shares.event(&mut walk.beta, t, t, Spectrum::ONE);
         None
+    }
+
+    /// How a lamp lights the ray, if one near by is chosen.
+    fn lamp_along(
+        &self,
+        walk: &Walk,
+        flight: &mut Flight<'a>,
+        (t0, t1): (f32, f32),
+    ) -> Option<Equiangular> {
+        if !self.mis.samples_lights() {
+            return None;
+        }
+        let (ray, stream) = (&walk.segment.ray, &mut flight.stream);
+        let mut u2 = || Vec2::new(stream.next(), stream.next());
+        let (a, b) = (u2(), u2());
+        let choice = self.lights.sample(ray.o, Vec3::ZERO, a.x, b)?;
+        let light = self.scene().light(choice.light);
+        if light.is_infinite() {
+            return None;
+        }
+        let lambda = &walk.lambda;
+        let l = light.sample_li_in(self.scene(), ray.o, choice.region, choice.u, lambda)?;
+        Equiangular::new(ray, l.p, t0, t1)
     }
 
     /// Through a medium that varies.
