@@ -32,6 +32,7 @@ pub static INFO: MethodInfo = MethodInfo {
     summary: "path tracing with next event estimation and multiple importance sampling",
     path_class: "L(D|S)*E",
     bias: Bias::Unbiased,
+    media: true,
     schedule: Schedule::Stateless,
     one_spp: "one camera path a pixel",
     source: "Kajiya 1986; Veach 1997, ch. 9",

@@ -9,7 +9,7 @@ use kaustika_sampling::{SamplerConfig, SamplerKind};
 use kaustika_scene::description::*;
 use kaustika_spectra::{ColorMode, ColorSpace, SpectrumDesc};
 use kaustika_transport::path::Integrator;
-use kaustika_transport::{Frame, PassStats};
+use kaustika_transport::{Frame, PassStats, Session, Workers, registry};
 use serde_json::{Value, json};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -446,4 +446,21 @@ fn a_medium_nobody_is_in_changes_nothing() {
     let b = channels(&clear, ColorMode::Rgb, json!({}), 2000, 31);
     same("clear", &a[0], &b[0]);
     close("noise", a[0].standard_error(), b[0].standard_error(), 0.3);
+}
+
+#[test]
+fn methods_that_know_no_media_say_so() {
+    let scene = foggy_room(medium(Form::Even, 1.0, 0.8, hg(0.2))).build();
+    let config =
+        SamplerConfig { kind: SamplerKind::Independent, seed: 1, spp: 1, resolution: [1, 1] };
+    let frame = Frame::new([1, 1], FilterDesc::BOX, config);
+    let workers = Workers::new(1, Arc::default()).expect("a thread");
+    for entry in registry::ALL {
+        let method = (entry.make)(&serde_json::Map::new()).expect("defaults");
+        let prepared = Session::new(&scene, &frame, method).prepare(&workers);
+        assert_eq!(prepared.is_ok(), entry.info.media, "{}", entry.info.name);
+        if let Err(e) = prepared {
+            assert!(e.to_string().contains("media"), "{e}");
+        }
+    }
 }

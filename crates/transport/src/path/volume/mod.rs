@@ -34,8 +34,9 @@ mod tracking;
 
 use self::shares::{Shares, Stream};
 use self::tracking::Travel;
-use super::integrate::{Integrator, MAX_PASSAGES, describe};
+use super::integrate::{Integrator, MAX_PASSAGES};
 use super::walk::{Previous, Walk};
+use crate::features::describe;
 use crate::method::PassStats;
 use crate::roulette::WalkState;
 use kaustika_film::accumulate::PixelRecord;
