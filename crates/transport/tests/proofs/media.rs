@@ -307,7 +307,7 @@ fn channels(stage: &Stage, mode: ColorMode, p: Value, spp: u64, seed: u64) -> [R
 fn grids_of_one_value_are_homogeneous() {
     let mean = |form: Form, mis: &str| {
         let stage = foggy_room(medium(form, 1.2, 0.8, hg(0.5)));
-        channels(&stage, ColorMode::Rgb, json!({"mis": mis}), 2000, 5)[0].clone()
+        channels(&stage, ColorMode::Rgb, json!({"mis": mis}), 2000, 5)[0]
     };
     let even = mean(Form::Even, "power");
     for form in [Form::Grid, Form::Dense] {
@@ -413,7 +413,6 @@ fn shadow_rays_pass_what_paths_pass() {
     };
     let mean = |mis: &str, seed| {
         channels(&build(), ColorMode::Rgb, json!({"mis": mis, "rr_depth": 20}), 4000, seed)[0]
-            .clone()
     };
     let reference = mean("bsdf", 12);
     for (mis, seed) in [("power", 13), ("balance", 14), ("max", 15)] {
@@ -424,7 +423,7 @@ fn shadow_rays_pass_what_paths_pass() {
 #[test]
 fn bounces_add_up() {
     let stage = foggy_room(medium(Form::Dense, 1.0, 0.8, hg(0.2)));
-    let mean = |p: Value, seed| channels(&stage, ColorMode::Rgb, p, 1500, seed)[0].clone();
+    let mean = |p: Value, seed| channels(&stage, ColorMode::Rgb, p, 1500, seed)[0];
     let whole = mean(json!({"max_depth": 3, "roulette": "none"}), 16);
     let terms: Vec<_> =
         (0..4).map(|d| mean(json!({"only_depth": d, "roulette": "none"}), 17 + d)).collect();
