@@ -8,7 +8,7 @@ use crate::presets::{preset, preset_names};
 use crate::vol;
 use kaustika_math::{Bounds3, Transform, Vec3};
 use kaustika_scene::description::{
-    CoefficientsDesc, GridDesc, GridLayout, MediumDesc, MediumId, PhaseDesc, VolumeDesc,
+    CoefficientsDesc, FieldDesc, GridDesc, GridLayout, MediumDesc, MediumId, PhaseDesc,
 };
 use kaustika_spectra::{ColorSpace, SpectrumDesc};
 use std::sync::Arc;
@@ -19,12 +19,12 @@ const PHASES: &[&str] = &["isotropic", "hg", "rayleigh", "blendphase", "tabphase
 
 /// A volume and the unit cube it fills.
 struct Volume {
-    desc: VolumeDesc,
+    desc: FieldDesc,
     to_world: Transform,
 }
 
 fn constant(desc: SpectrumDesc) -> Volume {
-    Volume { desc: VolumeDesc::Constant(desc), to_world: Transform::IDENTITY }
+    Volume { desc: FieldDesc::Constant(desc), to_world: Transform::IDENTITY }
 }
 
 impl<'a> Converter<'a> {
@@ -106,7 +106,7 @@ impl<'a> Converter<'a> {
         }
         if let Some((s, a)) = found {
             let volume =
-                |rgb| VolumeDesc::Constant(SpectrumDesc::Rgb { rgb, space: ColorSpace::Srgb });
+                |rgb| FieldDesc::Constant(SpectrumDesc::Rgb { rgb, space: ColorSpace::Srgb });
             return CoefficientsDesc::AbsorptionScattering(volume(a), volume(s));
         }
         let [a, s] = ["sigma_a", "sigma_s"].map(|n| self.volume(object, n, 0.0, Role::Unbounded));
@@ -187,7 +187,7 @@ impl<'a> Converter<'a> {
                     plain.or_else(spectrum)
                 });
                 let (desc, _) = value.unwrap_or((SpectrumDesc::Constant(1.0), 1.0));
-                Some(Volume { desc: VolumeDesc::Constant(desc), to_world })
+                Some(Volume { desc: FieldDesc::Constant(desc), to_world })
             }
             "gridvolume" => self.grid_volume(object),
             _ => {
@@ -242,7 +242,7 @@ impl<'a> Converter<'a> {
             false => to_world,
         };
         let layout = if old(object) { GridLayout::Corners } else { GridLayout::CellsClamped };
-        let desc = VolumeDesc::Grid(Arc::new(GridDesc {
+        let desc = FieldDesc::Grid(Arc::new(GridDesc {
             resolution: file.resolution,
             channels: file.channels,
             values: file.values,
@@ -334,7 +334,7 @@ impl<'a> Converter<'a> {
 
 /// Neither absorbs nor scatters.
 fn clear() -> CoefficientsDesc {
-    let zero = VolumeDesc::Constant(SpectrumDesc::Constant(0.0));
+    let zero = FieldDesc::Constant(SpectrumDesc::Constant(0.0));
     CoefficientsDesc::AbsorptionScattering(zero.clone(), zero)
 }
 

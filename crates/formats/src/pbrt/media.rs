@@ -7,7 +7,7 @@ use super::spectrum::unit_luminance;
 use crate::presets::{preset, preset_names};
 use kaustika_math::{Transform, Vec3};
 use kaustika_scene::description::{
-    CoefficientsDesc, GlowDesc, GlowSource, GridDesc, GridLayout, MediumDesc, PhaseDesc, VolumeDesc,
+    CoefficientsDesc, FieldDesc, GlowDesc, GlowSource, GridDesc, GridLayout, MediumDesc, PhaseDesc,
 };
 use kaustika_spectra::{ColorSpace, SpectrumDesc};
 use std::sync::Arc;
@@ -55,7 +55,7 @@ impl Builder {
             }
             None => e.params.ignore_rest(),
         }
-        let clear = VolumeDesc::Constant(SpectrumDesc::Constant(0.0));
+        let clear = FieldDesc::Constant(SpectrumDesc::Constant(0.0));
         let parts = parts.unwrap_or(Parts {
             coefficients: CoefficientsDesc::AbsorptionScattering(clear.clone(), clear),
             density: None,
@@ -126,7 +126,7 @@ impl Builder {
             Some((s, a)) => [a, s].map(|rgb| SpectrumDesc::Rgb { rgb, space: ColorSpace::Srgb }),
             None => given.map(|s| s.unwrap_or(SpectrumDesc::Constant(1.0))),
         };
-        let [a, s] = [sigma_a, sigma_s].map(VolumeDesc::Constant);
+        let [a, s] = [sigma_a, sigma_s].map(FieldDesc::Constant);
         CoefficientsDesc::AbsorptionScattering(a, s)
     }
 
@@ -139,7 +139,7 @@ impl Builder {
         };
         let le = le?;
         scale *= unit_luminance(&le);
-        let source = GlowSource::Radiance(VolumeDesc::Constant(le));
+        let source = GlowSource::Radiance(FieldDesc::Constant(le));
         Some(GlowDesc { source, scale, grid: None })
     }
 
@@ -245,7 +245,7 @@ impl Builder {
         for (volume, name) in volumes.iter_mut().zip(["sigma_a", "sigma_s", "Le"]) {
             if let Some(values) = e.params.colors(&mut self.desc.diagnostics, name) {
                 let grid = self.grid(e, name, (values, 3), resolution, &extent)?;
-                *volume = Some(VolumeDesc::Grid(grid));
+                *volume = Some(FieldDesc::Grid(grid));
             }
         }
         let [sigma_a, sigma_s, le] = volumes;
@@ -255,7 +255,7 @@ impl Builder {
             return None;
         }
         let scale = e.params.float(&mut self.desc.diagnostics, "Lescale", 1.0);
-        let one = VolumeDesc::Constant(SpectrumDesc::Constant(1.0));
+        let one = FieldDesc::Constant(SpectrumDesc::Constant(1.0));
         let glow = le.map(|le| GlowDesc { source: GlowSource::Radiance(le), scale, grid: None });
         let [a, s] = [sigma_a, sigma_s].map(|v| v.unwrap_or(one.clone()));
         let coefficients = CoefficientsDesc::AbsorptionScattering(a, s);

@@ -36,14 +36,14 @@ pub struct MediumDesc {
 #[derive(Clone, Debug, PartialEq)]
 pub enum CoefficientsDesc {
     /// Absorption σₐ and scattering σₛ.
-    AbsorptionScattering(VolumeDesc, VolumeDesc),
+    AbsorptionScattering(FieldDesc, FieldDesc),
     /// Extinction σₜ = σₐ + σₛ and single-scattering albedo σₛ/σₜ.
-    ExtinctionAlbedo(VolumeDesc, VolumeDesc),
+    ExtinctionAlbedo(FieldDesc, FieldDesc),
 }
 
 /// A colour that may vary over space.
 #[derive(Clone, Debug, PartialEq)]
-pub enum VolumeDesc {
+pub enum FieldDesc {
     /// The same everywhere.
     Constant(SpectrumDesc),
     /// Sampled.
@@ -105,7 +105,7 @@ pub struct GlowDesc {
 #[derive(Clone, Debug, PartialEq)]
 pub enum GlowSource {
     /// A spectrum, with the role of an illuminant.
-    Radiance(VolumeDesc),
+    Radiance(FieldDesc),
     /// A black body, normalised to a maximum of 1, of (value - offset) · factor kelvin; dark up to
     /// 100 K (pbrt).
     Temperature {

@@ -24,8 +24,8 @@ pub use material::{
     PrincipledDesc, RoughnessDesc, WardVariant,
 };
 pub use medium::{
-    CoefficientsDesc, GlowDesc, GlowSource, GridDesc, GridLayout, MediumDesc, MediumId, PhaseDesc,
-    VolumeDesc,
+    CoefficientsDesc, FieldDesc, GlowDesc, GlowSource, GridDesc, GridLayout, MediumDesc, MediumId,
+    PhaseDesc,
 };
 pub use mesh::{MeshAttribute, TriMesh};
 pub use metallic_roughness::{

@@ -4,7 +4,7 @@ use super::grid::Grid;
 use super::majorant::MajorantGrid;
 use super::matter::{Field, Glow, KELVIN_STEP, KELVIN_STEPS, Matter, Source};
 use super::{Medium, Phase};
-use crate::description::{CoefficientsDesc, GlowDesc, GlowSource, MediumDesc, VolumeDesc};
+use crate::description::{CoefficientsDesc, FieldDesc, GlowDesc, GlowSource, MediumDesc};
 use kaustika_math::Transform;
 use kaustika_spectra::{ColorMode, CompiledSpectrum, SpectrumDesc, SpectrumRole, Wavelengths};
 
@@ -62,8 +62,8 @@ impl Medium {
 
 /// True for a colour within [0, 1]. As an extinction it has the spectrum of a reflectance, to be
 /// scaled, as in Mitsuba 3.
-fn is_fraction(desc: &VolumeDesc) -> bool {
-    let VolumeDesc::Constant(SpectrumDesc::Rgb { rgb, .. }) = desc else { return false };
+fn is_fraction(desc: &FieldDesc) -> bool {
+    let FieldDesc::Constant(SpectrumDesc::Rgb { rgb, .. }) = desc else { return false };
     rgb.iter().all(|c| (0.0..=1.0).contains(c))
 }
 
@@ -79,12 +79,12 @@ fn everywhere(matter: &Matter) -> [kaustika_math::Vec3; 8] {
     std::array::from_fn(|k| all.corner(k))
 }
 
-fn field(desc: &VolumeDesc, role: SpectrumRole, mode: ColorMode) -> Field {
+fn field(desc: &FieldDesc, role: SpectrumRole, mode: ColorMode) -> Field {
     match desc {
-        VolumeDesc::Constant(spectrum) => {
+        FieldDesc::Constant(spectrum) => {
             Field::Constant(CompiledSpectrum::new(spectrum, role, mode))
         }
-        VolumeDesc::Grid(grid) => Field::Grid(Grid::new(grid), role),
+        FieldDesc::Grid(grid) => Field::Grid(Grid::new(grid), role),
     }
 }
 

@@ -39,20 +39,20 @@ fn grid(resolution: [u32; 3], values: Vec<f32>) -> Arc<GridDesc> {
 
 /// σₜ, albedo and phase function.
 fn medium(form: Form, sigma_t: f32, albedo: f32, phase: PhaseDesc) -> MediumDesc {
-    let albedo = VolumeDesc::Constant(grey(albedo));
+    let albedo = FieldDesc::Constant(grey(albedo));
     let extinction = |v| CoefficientsDesc::ExtinctionAlbedo(v, albedo);
     let (coefficients, density, scale) = match form {
-        Form::Even => (extinction(VolumeDesc::Constant(grey(sigma_t))), None, 1.0),
+        Form::Even => (extinction(FieldDesc::Constant(grey(sigma_t))), None, 1.0),
         Form::Grid => {
             let values = grid([3, 4, 5], vec![1.0; 60]);
-            (extinction(VolumeDesc::Grid(values)), None, sigma_t)
+            (extinction(FieldDesc::Grid(values)), None, sigma_t)
         }
         Form::Dense => {
             // A corner that no test comes near is denser.
             let mut values = vec![2.0; 4 * 4 * 4];
             values[0] = 5.0;
             let values = grid([4, 4, 4], values);
-            (extinction(VolumeDesc::Constant(grey(sigma_t))), Some(values), 0.5)
+            (extinction(FieldDesc::Constant(grey(sigma_t))), Some(values), 0.5)
         }
     };
     let extent = (form != Form::Even).then(|| at(-2.0, -2.0, -2.0) * self::scale(4.0, 4.0, 4.0));
@@ -122,9 +122,9 @@ fn a_ramp_lets_through_what_its_integral_says() {
         let mut m = medium(Form::Grid, 1.0, albedo, PhaseDesc::Isotropic);
         let mut ramp = (*grid([1, 1, 16], (0..16).map(|i| 0.2 * i as f32).collect())).clone();
         ramp.layout = GridLayout::Corners;
-        let albedo_desc = VolumeDesc::Constant(grey(albedo));
+        let albedo_desc = FieldDesc::Constant(grey(albedo));
         m.coefficients =
-            CoefficientsDesc::ExtinctionAlbedo(VolumeDesc::Grid(Arc::new(ramp)), albedo_desc);
+            CoefficientsDesc::ExtinctionAlbedo(FieldDesc::Grid(Arc::new(ramp)), albedo_desc);
         filled(&mut stage, GeometryDesc::Cube, HERE, m);
         // From z = -1 to 1: ∫ 0.75 (z + 2) dz = 3.
         let p = json!({"only_depth": 0});
@@ -242,7 +242,7 @@ fn matter_as_warm_as_its_room_is_invisible() {
             let mut stage = Stage::new();
             stage.sky(1.0);
             let mut m = medium(form, 1.5, albedo, hg(0.3));
-            let source = GlowSource::Radiance(VolumeDesc::Constant(grey(0.5)));
+            let source = GlowSource::Radiance(FieldDesc::Constant(grey(0.5)));
             m.glow = Some(GlowDesc { source, scale: 2.0, grid: None });
             filled(&mut stage, sphere(1.0), HERE, m);
             stage.camera(pinhole(50.0), look(v(0.0, 0.0, -2.0), Vec3::ZERO), [3, 3]);
@@ -256,7 +256,7 @@ fn a_glowing_slab() {
     for form in FORMS {
         let mut stage = Stage::new();
         let mut m = medium(form, 0.7, 0.0, PhaseDesc::Isotropic);
-        let source = GlowSource::Radiance(VolumeDesc::Constant(grey(3.0)));
+        let source = GlowSource::Radiance(FieldDesc::Constant(grey(3.0)));
         m.glow = Some(GlowDesc { source, scale: 1.0, grid: None });
         filled(&mut stage, GeometryDesc::Cube, HERE, m);
         let mean = stage.probe(v(0.1, 0.2, -3.0), Vec3::Z, json!({}), 20_000);
@@ -321,14 +321,14 @@ fn every_colour_of_a_medium_is_that_of_a_grey_one() {
     let (sigma, albedo) = ([0.2, 1.0, 4.0], [0.9, 0.5, 0.95]);
     for form in FORMS {
         let mut m = medium(form, 1.0, 1.0, hg(0.3));
-        let second = VolumeDesc::Constant(rgb(albedo));
+        let second = FieldDesc::Constant(rgb(albedo));
         let first = match form {
             Form::Grid => {
                 let mut colors = (*grid([2, 2, 2], sigma.repeat(8))).clone();
                 colors.channels = 3;
-                VolumeDesc::Grid(Arc::new(colors))
+                FieldDesc::Grid(Arc::new(colors))
             }
-            _ => VolumeDesc::Constant(rgb(sigma)),
+            _ => FieldDesc::Constant(rgb(sigma)),
         };
         m.coefficients = CoefficientsDesc::ExtinctionAlbedo(first, second);
         let together = channels(&foggy_room(m), ColorMode::Rgb, json!({}), 3000, 6);
@@ -345,10 +345,8 @@ fn a_medium_of_one_colour_alone_is_that() {
     // Nothing scatters or absorbs red and green: blue light alone is changed.
     let mut m = medium(Form::Even, 1.0, 1.0, hg(0.3));
     let (first, second) = (rgb([0.0, 0.0, 2.0]), rgb([0.0, 0.0, 0.7]));
-    m.coefficients = CoefficientsDesc::ExtinctionAlbedo(
-        VolumeDesc::Constant(first),
-        VolumeDesc::Constant(second),
-    );
+    m.coefficients =
+        CoefficientsDesc::ExtinctionAlbedo(FieldDesc::Constant(first), FieldDesc::Constant(second));
     let together = channels(&foggy_room(m), ColorMode::Rgb, json!({}), 3000, 8);
     for (k, sigma, albedo) in [(1, 0.0, 0.0), (2, 2.0, 0.7)] {
         let grey = foggy_room(medium(Form::Even, sigma, albedo, hg(0.3)));
@@ -363,10 +361,8 @@ fn glass_in_fog(dispersive: bool) -> [RunningMean; 3] {
     let lambda = [360.0, 500.0, 600.0, 830.0];
     let sigma = SpectrumDesc::sampled(&lambda, &[3.0, 2.0, 0.3, 0.1]).expect("a spectrum");
     let albedo = SpectrumDesc::sampled(&lambda, &[0.9, 0.5, 0.9, 0.9]).expect("a spectrum");
-    m.coefficients = CoefficientsDesc::ExtinctionAlbedo(
-        VolumeDesc::Constant(sigma),
-        VolumeDesc::Constant(albedo),
-    );
+    m.coefficients =
+        CoefficientsDesc::ExtinctionAlbedo(FieldDesc::Constant(sigma), FieldDesc::Constant(albedo));
     let mut stage = foggy_room(m);
     // An index that differs between the wavelengths by next to nothing.
     let ior = SpectrumDesc::sampled(&[360.0, 830.0], &[1.5, 1.499_999]).expect("a spectrum");

@@ -4,12 +4,12 @@ use super::*;
 use kaustika_math::Vec3;
 use kaustika_spectra::{ColorSpace, SpectrumDesc};
 
-fn constant(v: f32) -> VolumeDesc {
-    VolumeDesc::Constant(SpectrumDesc::Constant(v))
+fn constant(v: f32) -> FieldDesc {
+    FieldDesc::Constant(SpectrumDesc::Constant(v))
 }
 
-fn rgb(rgb: [f32; 3]) -> VolumeDesc {
-    VolumeDesc::Constant(SpectrumDesc::Rgb { rgb, space: ColorSpace::Srgb })
+fn rgb(rgb: [f32; 3]) -> FieldDesc {
+    FieldDesc::Constant(SpectrumDesc::Rgb { rgb, space: ColorSpace::Srgb })
 }
 
 #[test]
@@ -92,7 +92,7 @@ fn grids_and_their_boxes() {
             ),
         );
         assert_eq!(messages, Vec::<String>::new());
-        let CoefficientsDesc::ExtinctionAlbedo(VolumeDesc::Grid(grid), albedo) =
+        let CoefficientsDesc::ExtinctionAlbedo(FieldDesc::Grid(grid), albedo) =
             &d.media[0].coefficients
         else {
             panic!("{:?}", d.media[0].coefficients)
@@ -122,7 +122,7 @@ fn densities_of_old() {
     );
     assert_eq!(messages, Vec::<String>::new());
     let m = &d.media[0];
-    let CoefficientsDesc::ExtinctionAlbedo(VolumeDesc::Grid(grid), _) = &m.coefficients else {
+    let CoefficientsDesc::ExtinctionAlbedo(FieldDesc::Grid(grid), _) = &m.coefficients else {
         panic!("{:?}", m.coefficients)
     };
     assert_eq!((grid.layout, m.scale), (GridLayout::Corners, 10.0));

@@ -2,17 +2,15 @@
 
 use super::*;
 use kaustika_math::Vec3;
-use kaustika_scene::description::{
-    CoefficientsDesc, GlowSource, GridLayout, PhaseDesc, VolumeDesc,
-};
+use kaustika_scene::description::{CoefficientsDesc, FieldDesc, GlowSource, GridLayout, PhaseDesc};
 use kaustika_spectra::{ColorSpace, SpectrumDesc};
 
-fn rgb(rgb: [f32; 3]) -> VolumeDesc {
-    VolumeDesc::Constant(SpectrumDesc::Rgb { rgb, space: ColorSpace::Srgb })
+fn rgb(rgb: [f32; 3]) -> FieldDesc {
+    FieldDesc::Constant(SpectrumDesc::Rgb { rgb, space: ColorSpace::Srgb })
 }
 
-fn one() -> VolumeDesc {
-    VolumeDesc::Constant(SpectrumDesc::Constant(1.0))
+fn one() -> FieldDesc {
+    FieldDesc::Constant(SpectrumDesc::Constant(1.0))
 }
 
 #[test]
@@ -57,7 +55,7 @@ fn grids() {
     let glow = m.glow.as_ref().expect("it glows");
     let GlowSource::Temperature { grid, offset, factor } = &glow.source else { panic!() };
     assert_eq!((grid.values[5], *offset, *factor, glow.scale), (5.0, -1.0, 1000.0, 7.0));
-    let CoefficientsDesc::AbsorptionScattering(VolumeDesc::Grid(a), sigma_s) =
+    let CoefficientsDesc::AbsorptionScattering(FieldDesc::Grid(a), sigma_s) =
         &s.media[1].coefficients
     else {
         panic!()
