@@ -7,4 +7,6 @@ pub mod measured;
 pub mod mesh;
 pub mod mitsuba;
 pub mod pbrt;
+mod presets;
 pub mod resources;
+mod vol;

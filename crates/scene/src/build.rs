@@ -2,7 +2,7 @@
 
 use crate::camera::Camera;
 use crate::description::{
-    EmissionDesc, GeometryDesc, MaterialModel, SceneDescription, ShapeDesc, SourceFormat,
+    EmissionDesc, GeometryDesc, MaterialModel, MediumId, SceneDescription, ShapeDesc, SourceFormat,
     TextureId, TriMesh,
 };
 use crate::error::BuildError;
@@ -10,6 +10,7 @@ use crate::geometry::{Geometry, Group, Instance};
 use crate::lanes::{Lamps, Plain};
 use crate::light::{AreaLight, AreaShape, Light, LightSelection, LightSelectionKind, mean_power};
 use crate::material::Materials;
+use crate::medium::Medium;
 use crate::moving::Placement;
 use crate::scene::{Scene, ShapeInfo};
 use crate::shape::{CurveStore, MeshRange, Quadric, QuadricForm, TriangleStore};
@@ -123,6 +124,12 @@ impl Scene {
         );
         let materials = Materials::new(description, &textures, options.mode);
         let camera = Camera::new(camera_desc, resolution, &description.shapes, &geometry)?;
+        let in_media = camera_desc.medium.is_some()
+            || gathered.shapes.iter().any(|s| s.boundary.is_some_and(|b| b != [None; 2]));
+        let media = match in_media {
+            true => description.media.iter().map(|m| Medium::new(m, options.mode)).collect(),
+            false => Vec::new(),
+        };
 
         let bounds = geometry.bounds().union(camera.bounds());
         let (center, radius) = bounds.bounding_sphere();
@@ -131,6 +138,8 @@ impl Scene {
             shapes: gathered.shapes,
             textures,
             materials,
+            media,
+            camera_medium: camera_desc.medium,
             lights: gathered.lights,
             environments: Vec::new(),
             light_selection: LightSelection::default(),
@@ -224,6 +233,7 @@ impl Gathered {
             material: desc.material,
             alpha: desc.alpha,
             interface,
+            boundary: boundary(description.format, desc),
         });
         let first_light = self.lights.len();
         // An instance has no lights of its own: its emission would need one for each placement.
@@ -369,6 +379,17 @@ impl Gathered {
         }
         Ok(())
     }
+}
+
+/// What a shape bounds. The same medium on both sides is no boundary for pbrt: light stays in the
+/// medium it is in.
+fn boundary(format: SourceFormat, desc: &ShapeDesc) -> Option<[Option<MediumId>; 2]> {
+    let sides = [desc.interior, desc.exterior];
+    let bounds = match format {
+        SourceFormat::Pbrt => desc.interior != desc.exterior,
+        _ => sides != [None; 2],
+    };
+    bounds.then_some(sides)
 }
 
 fn area_light(e: &EmissionDesc, shape: AreaShape) -> Light {

@@ -14,6 +14,7 @@ mod geometry;
 pub mod lanes;
 mod light;
 mod material;
+pub mod medium;
 mod moving;
 mod scene;
 mod shape;
@@ -32,6 +33,7 @@ pub use light::{
     LightSelection, LightSelectionKind, ShadingPoint,
 };
 pub use material::Materials;
+pub use medium::Medium;
 pub use scene::{Scene, ShapeInfo};
 pub use shape::ShapeSample;
 pub use surface::{LightId, Surface};

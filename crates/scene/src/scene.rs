@@ -3,11 +3,12 @@
 use crate::batch::RayBatch;
 use crate::bsdf::Bsdf;
 use crate::camera::Camera;
-use crate::description::{MaterialId, SourceFormat, TextureId};
+use crate::description::{MaterialId, MediumId, SourceFormat, TextureId};
 use crate::geometry::{Geometry, Hit, Primitive};
 use crate::lanes::{Lamps, Plain};
 use crate::light::{Light, LightSample, LightSelection};
 use crate::material::Materials;
+use crate::medium::Medium;
 use crate::shape::ShapeSample;
 use crate::surface::{LightId, Surface};
 use crate::texture::{TexturePoint, Textures};
@@ -27,6 +28,9 @@ pub struct ShapeInfo {
     pub alpha: Option<TextureId>,
     /// True if it is only a boundary between media: shadow rays pass.
     pub interface: bool,
+    /// The media on the side its normal points away from and on the side it points to, if it
+    /// bounds any.
+    pub boundary: Option<[Option<MediumId>; 2]>,
 }
 
 /// A scene ready to be rendered.
@@ -40,6 +44,10 @@ pub struct Scene {
     pub textures: Textures,
     /// Materials.
     pub materials: Materials,
+    /// Participating media; none if no shape bounds one and the camera stands in none.
+    pub media: Vec<Medium>,
+    /// The medium that the camera stands in.
+    pub camera_medium: Option<MediumId>,
     /// Lights.
     pub lights: Vec<Light>,
     /// The lights that surround the scene.
@@ -108,6 +116,40 @@ impl Scene {
         let end = shadow_end(s.p, l);
         let o = offset_origin(s.p, s.p_error, s.n, end - s.p);
         Segment { ray: Ray::new(o, end - o), t_max: 1.0 }
+    }
+
+    /// As [`Scene::shadow_ray`], from a point in space.
+    #[inline]
+    pub fn shadow_ray_in_space(&self, p: Vec3, time: f32, l: &LightSample) -> Segment {
+        let ray = Ray { o: p, d: shadow_end(p, l) - p, time };
+        Segment { ray, t_max: 1.0 }
+    }
+
+    /// The medium that a ray along `d` from the surface enters, `medium` being the one it came
+    /// through: the shape's on that side, or the same if the shape bounds none.
+    #[inline]
+    pub fn medium_beyond(
+        &self,
+        s: &Surface,
+        d: Vec3,
+        medium: Option<MediumId>,
+    ) -> Option<MediumId> {
+        match self.shapes[s.shape as usize].boundary {
+            Some(sides) => sides[usize::from(s.ng.dot(d) > 0.0)],
+            None => medium,
+        }
+    }
+
+    /// True if light may meet a medium.
+    #[inline]
+    pub fn has_media(&self) -> bool {
+        !self.media.is_empty()
+    }
+
+    /// The medium with this number.
+    #[inline]
+    pub fn medium(&self, id: MediumId) -> &Medium {
+        &self.media[id.0 as usize]
     }
 
     /// Whether anything stands in the way of a ray.

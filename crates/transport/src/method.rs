@@ -19,6 +19,8 @@ pub struct MethodInfo {
     pub path_class: &'static str,
     /// What its expectation is.
     pub bias: Bias,
+    /// True if it renders participating media.
+    pub media: bool,
     /// How passes may be dealt out.
     pub schedule: Schedule,
     /// What one sample per pixel costs.

@@ -96,6 +96,14 @@ impl<'a> Session<'a> {
     /// If the method can't render this scene, or is cancelled.
     pub fn prepare(&mut self, workers: &Workers) -> Result<(), RenderError> {
         if !self.is_prepared {
+            let info = self.method.info();
+            if self.scene.has_media() && !info.media {
+                let message = format!(
+                    "method `{}` knows no participating media, which this scene has: use `path`",
+                    info.name
+                );
+                return Err(RenderError::Failed(message));
+            }
             self.method.prepare(self.scene, self.frame, workers)?;
             self.is_prepared = true;
         }

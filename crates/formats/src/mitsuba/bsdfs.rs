@@ -64,6 +64,13 @@ impl<'a> Converter<'a> {
         made
     }
 
+    /// True if the integrator knows media: for `volpath`, unlike `path`, passing `null` is no
+    /// bounce, and shadow rays pass it.
+    fn through_volumes(&self) -> bool {
+        let knows = |o: &Object| o.kind == Kind::Integrator && o.plugin.starts_with("volpath");
+        self.document.objects.iter().any(knows)
+    }
+
     /// Mitsuba's material where none is given: grey, black on light sources.
     pub(super) fn default_material(&mut self, emits: bool) -> MaterialId {
         let reflectance = self.out.float(if emits { 0.0 } else { 0.5 });
@@ -121,7 +128,7 @@ impl<'a> Converter<'a> {
             "ward" => self.ward(object),
             "principled" => self.principled(object, false),
             "principledthin" => self.principled(object, true),
-            "null" => MaterialModel::Null { counts: true },
+            "null" => MaterialModel::Null { counts: !self.through_volumes() },
             "hk" => self.stand_in(object, "reflectance"),
             "hair" => self.hair(object),
             "grating" => self.grating(object),

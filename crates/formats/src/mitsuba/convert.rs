@@ -7,8 +7,7 @@ use super::{document, parse, upgrade};
 use crate::measured::MeasuredFiles;
 use kaustika_math::{Transform, Vec3};
 use kaustika_scene::description::{
-    Diagnostic, GroupId, MaterialId, MediumDesc, MediumId, MotionKey, SceneDescription, Span,
-    TextureId,
+    Diagnostic, GroupId, MaterialId, MediumId, MotionKey, SceneDescription, Span, TextureId,
 };
 use std::collections::{HashMap, HashSet};
 
@@ -20,7 +19,7 @@ pub(super) struct Converter<'a> {
     pub materials: HashMap<ObjectId, MaterialId>,
     pub textures: HashMap<(ObjectId, Role), TextureId>,
     pub groups: HashMap<ObjectId, GroupId>,
-    media: HashMap<ObjectId, MediumId>,
+    pub media: HashMap<ObjectId, MediumId>,
     /// Objects being converted, to find circles.
     active: Vec<ObjectId>,
     /// Objects whose unknown parameters were reported.
@@ -343,26 +342,6 @@ impl<'a> Converter<'a> {
                 .hint(super::find::WHERE_LOOKED);
         }
         found.map(|path| (path, span))
-    }
-
-    /// A medium, by whichever role.
-    pub(super) fn medium(&mut self, id: ObjectId) -> MediumId {
-        if let Some(known) = self.media.get(&id) {
-            return *known;
-        }
-        let object = self.object(id);
-        self.out
-            .diagnostics
-            .warning(object.span, "participating media are not rendered yet")
-            .label("left out");
-        self.out.media.push(MediumDesc {
-            name: object.id.clone(),
-            kind: object.plugin.clone(),
-            span: Some(object.span),
-        });
-        let made = MediumId(self.out.media.len() as u32 - 1);
-        self.media.insert(id, made);
-        made
     }
 
     /// Warns of parameters that nothing asked for. Every object is reported on once, when it has

@@ -28,6 +28,7 @@ mod gratings;
 mod integrators;
 mod ior;
 mod matrix;
+mod media;
 mod meters;
 mod nested;
 mod parse;

@@ -6,6 +6,7 @@ mod faults;
 mod language;
 mod lights;
 mod materials;
+mod media;
 mod meters;
 mod on_disk;
 mod shapes;

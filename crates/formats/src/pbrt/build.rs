@@ -9,8 +9,8 @@ use super::reader::Reader;
 use super::upgrade;
 use crate::measured::MeasuredFiles;
 use kaustika_scene::description::{
-    EmissionDesc, MaterialId, MaterialModel, MediumDesc, MediumId, SceneDescription, SourceFile,
-    SourceFormat, Span, TextureId, TextureNode,
+    EmissionDesc, MaterialId, MaterialModel, MediumId, SceneDescription, SourceFile, SourceFormat,
+    Span, TextureId, TextureNode,
 };
 use kaustika_spectra::SpectrumDesc;
 use std::collections::HashSet;
@@ -315,33 +315,6 @@ impl Builder {
         let id = self.desc.add_material("", MaterialModel::Diffuse { reflectance }, None);
         self.default_material = Some(id);
         id
-    }
-
-    /// `MakeNamedMedium`.
-    fn media(&mut self) {
-        const KINDS: [&str; 5] = ["homogeneous", "uniformgrid", "rgbgrid", "cloud", "nanovdb"];
-        for mut m in std::mem::take(&mut self.scene.media) {
-            let kind = m.entity.params.string(&mut self.desc.diagnostics, "type");
-            let message = "participating media are not rendered yet, their space is left empty";
-            self.notes.warning(m.name.span, message);
-            match &kind {
-                None => {
-                    let message = format!("medium `{}` has no type", m.name.text);
-                    self.desc
-                        .diagnostics
-                        .error(m.name.span, message)
-                        .hint("add \"string type\" \"homogeneous\"");
-                }
-                Some(k) if k.text == "heterogeneous" || KINDS.contains(&k.text.as_str()) => {}
-                Some(k) => {
-                    let message = format!("unknown medium type `{}`", k.text);
-                    self.desc.diagnostics.error(k.span, message).nearest(&k.text, &KINDS);
-                }
-            }
-            let kind = kind.map_or(String::new(), |k| k.text);
-            let span = Some(m.entity.span);
-            self.desc.media.push(MediumDesc { name: m.name.text, kind, span });
-        }
     }
 
     /// The medium of this name; an error if there is none.

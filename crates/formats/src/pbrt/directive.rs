@@ -235,7 +235,7 @@ impl Reader {
                 if self.scene.medium_names.insert(&name.text, number, self.order) {
                     self.redefined.push((name.clone(), "medium"));
                 }
-                self.scene.media.push(MediumEntity { name, entity: e });
+                self.scene.media.push(MediumEntity { name, entity: e, transform });
             }
             _ => {
                 upgrade::shape(&mut e, self);

@@ -91,6 +91,8 @@ pub(super) struct NamedMaterialEntity {
 pub(super) struct MediumEntity {
     pub name: Text,
     pub entity: Entity,
+    /// Medium to world.
+    pub transform: Transform,
 }
 
 /// Where something stands at the start and at the end of `TransformTimes`.

@@ -23,6 +23,7 @@ mod images;
 mod lexer;
 mod lights;
 mod materials;
+mod media;
 mod meshes;
 mod notes;
 mod number;

@@ -184,6 +184,19 @@ impl Params {
         self.find(diag, name, &[ParamType::Float])?.take_floats(diag)
     }
 
+    /// The components of any number of colours, linear sRGB.
+    pub fn colors(&mut self, diag: &mut Diagnostics, name: &'static str) -> Option<Vec<f32>> {
+        let p = self.find(diag, name, &[ParamType::Rgb])?;
+        let space = p.space;
+        let mut values = p.take_floats(diag)?;
+        if space != ColorSpace::Srgb {
+            for c in values.chunks_exact_mut(3) {
+                c.copy_from_slice(&space.to_srgb([c[0], c[1], c[2]]).map(|v| v.max(0.0)));
+            }
+        }
+        Some(values)
+    }
+
     /// One integer.
     pub fn int(&mut self, diag: &mut Diagnostics, name: &'static str, default: i32) -> i32 {
         self.int_or_none(diag, name).unwrap_or(default)

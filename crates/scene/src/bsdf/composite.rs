@@ -243,6 +243,22 @@ impl<'a> Bsdf<'a> {
         None
     }
 
+    /// What passes straight through from `wo`, and the probability that [`Bsdf::sample`] lets it
+    /// pass. `panes` says whether thin panes of glass count: what they transmit is not turned.
+    pub fn straight(&self, wo: Vec3, panes: bool) -> (Spectrum, f32) {
+        let (mut value, mut p) = (Spectrum::ZERO, 0.0);
+        for part in &self.parts {
+            let (passes, chance) = match &part.model {
+                Model::Null(_) => (Spectrum::ONE, 1.0),
+                Model::ThinDielectric(pane) if panes => pane.straight(part.frame.to_local(wo)),
+                _ => continue,
+            };
+            value += passes * part.weight;
+            p += chance * part.weight;
+        }
+        (value, if self.total > 0.0 { p / self.total } else { 0.0 })
+    }
+
     /// Directional albedo for `wo`; see [`Scatter::albedo`].
     pub fn albedo(&self, wo: Vec3) -> Spectrum {
         self.parts

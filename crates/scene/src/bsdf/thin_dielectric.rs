@@ -31,6 +31,13 @@ impl ThinDielectric {
         let r = fresnel_dielectric(wo.z.abs(), self.eta).reflectance;
         2.0 * r / (1.0 + r)
     }
+
+    /// The part that goes straight on, and the probability that it is sampled.
+    #[inline]
+    pub fn straight(&self, wo: Vec3) -> (Spectrum, f32) {
+        let t = 1.0 - self.reflected(wo);
+        (self.transmittance * t, t)
+    }
 }
 
 impl Scatter for ThinDielectric {

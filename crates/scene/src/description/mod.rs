@@ -11,6 +11,7 @@ mod hair;
 mod light;
 mod material;
 mod measured;
+mod medium;
 mod mesh;
 mod metallic_roughness;
 mod shape;
@@ -30,6 +31,10 @@ pub use material::{
     PrincipledDesc, RoughnessDesc, WardVariant,
 };
 pub use measured::{MeasuredBrdf, MeasuredChannels, SquareTable};
+pub use medium::{
+    CoefficientsDesc, FieldDesc, GlowDesc, GlowSource, GridDesc, GridLayout, MediumDesc, MediumId,
+    PhaseDesc,
+};
 pub use mesh::{MeshAttribute, TriMesh};
 pub use metallic_roughness::{
     AnisotropyDesc, ClearcoatDesc, DiffuseTransmissionDesc, IridescenceDesc, MetallicRoughnessDesc,
@@ -43,21 +48,6 @@ pub use texture::{
     BitmapChannels, BitmapFilter, BitmapTexture, NoiseKind, TextureDesc, TextureId, TextureMapping,
     TextureNode, Wrap,
 };
-
-/// Index into [`SceneDescription::media`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct MediumId(pub u32);
-
-/// A participating medium, as far as files are read today: its name and kind.
-#[derive(Clone, Debug, PartialEq)]
-pub struct MediumDesc {
-    /// Name or id.
-    pub name: String,
-    /// Kind in the file, such as `homogeneous`.
-    pub kind: String,
-    /// Where it was written.
-    pub span: Option<Span>,
-}
 
 /// Where a description came from; decides defaults that differ between the formats.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

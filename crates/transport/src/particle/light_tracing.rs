@@ -37,6 +37,7 @@ pub static INFO: MethodInfo = MethodInfo {
     summary: "light tracing: paths from the lights, every vertex connected to the lens",
     path_class: "L(D|S)*DE",
     bias: Bias::Unbiased,
+    media: false,
     schedule: Schedule::Stateless,
     one_spp: "one light path for each pixel",
     source: "Arvo 1986; Dutré, Lafortune & Willems 1993; Veach 1997, sec. 10.3",

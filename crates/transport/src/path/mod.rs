@@ -9,6 +9,7 @@ mod pack;
 mod params;
 mod plain;
 mod start;
+mod volume;
 mod walk;
 mod wave;
 
@@ -31,6 +32,7 @@ pub static INFO: MethodInfo = MethodInfo {
     summary: "path tracing with next event estimation and multiple importance sampling",
     path_class: "L(D|S)*E",
     bias: Bias::Unbiased,
+    media: true,
     schedule: Schedule::Stateless,
     one_spp: "one camera path a pixel",
     source: "Kajiya 1986; Veach 1997, ch. 9",
@@ -79,7 +81,8 @@ impl Method for PathTracer {
         frame: &Frame,
         workers: &Workers,
     ) -> Result<(), RenderError> {
-        if self.params.mis.samples_lights() {
+        // What is learned of surfaces says nothing of points in media.
+        if self.params.mis.samples_lights() && !scene.has_media() {
             self.lights = lights::learn(scene, frame, self.params.max_bounces(), workers);
         }
         Ok(())
@@ -96,7 +99,9 @@ impl Method for PathTracer {
         let lights = self.lights.as_ref().unwrap_or(&scene.light_selection);
         let integrator = Integrator::new(scene, frame, &self.params).with_lights(lights);
         let rows = rows(frame.size());
-        let bands = workers.bands(out, rows, Wave::new, |wave, band| match self.alone {
+        // The vertices of paths through media have little in common: they go one by one.
+        let alone = self.alone || scene.has_media();
+        let bands = workers.bands(out, rows, Wave::new, |wave, band| match alone {
             true => trace_alone(&integrator, index, band),
             false => wave.trace(&integrator, index, band),
         })?;

@@ -13,6 +13,7 @@ mod irradiance;
 mod layers;
 mod learned;
 mod light_kinds;
+mod media;
 mod meters;
 mod mis;
 mod motion;

@@ -97,19 +97,6 @@ fn meshes_are_loaded_and_shared() {
 }
 
 #[test]
-fn media_are_named_and_left_out() {
-    let (d, messages) = read(
-        "3.0.0",
-        r#"<medium type="homogeneous" id="fog"/>
-<shape type="cube"><bsdf type="null"/><ref name="interior" id="fog"/></shape>"#,
-    );
-    assert_eq!(messages, ["warning 2:1 participating media are not rendered yet | left out"]);
-    assert_eq!((d.media[0].name.as_str(), d.media[0].kind.as_str()), ("fog", "homogeneous"));
-    assert_eq!((d.shapes[0].interior, d.shapes[0].exterior), (Some(MediumId(0)), None));
-    assert_eq!(*only_model(&d), MaterialModel::Null { counts: true });
-}
-
-#[test]
 fn curves_stand_where_they_are_placed_and_keep_their_radii() {
     let text = "0 0 0 0.1\n1 0 0 0.1\n2 0 0 0.2\n3 0 0 0.2\n4 0 0 0.3\n\n0 1 0 1\n1 1 0 1\n2 1 0 1\n3 1 0 1\n";
     let shape = |kind: &str| {

@@ -5,6 +5,7 @@ mod defaults;
 mod files;
 mod lights;
 mod materials;
+mod media;
 mod old;
 mod shapes;
 mod state;

@@ -181,9 +181,5 @@ fn media_are_named_inside_and_outside() {
     assert_eq!((s.shapes[0].interior, s.shapes[0].exterior), (fog, None));
     assert_eq!((s.shapes[1].interior, s.shapes[1].exterior), (fog, fog));
     assert_eq!((s.media[0].name.as_str(), s.media[0].kind.as_str()), ("fog", "homogeneous"));
-    assert_eq!(
-        messages(&s),
-        "warning 1:17 <\"fog\"> participating media are not rendered yet, their space is left \
-         empty\n"
-    );
+    assert_eq!(messages(&s), "");
 }

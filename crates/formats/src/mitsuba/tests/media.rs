@@ -1,0 +1,179 @@
+//! Media, volumes and phase functions.
+
+use super::*;
+use kaustika_math::Vec3;
+use kaustika_spectra::{ColorSpace, SpectrumDesc};
+
+fn constant(v: f32) -> FieldDesc {
+    FieldDesc::Constant(SpectrumDesc::Constant(v))
+}
+
+fn rgb(rgb: [f32; 3]) -> FieldDesc {
+    FieldDesc::Constant(SpectrumDesc::Rgb { rgb, space: ColorSpace::Srgb })
+}
+
+#[test]
+fn homogeneous_media() {
+    let d = scene(
+        r#"<medium type="homogeneous" id="fog">
+  <rgb name="sigma_t" value="1 2 3"/><float name="albedo" value="0.5"/><float name="scale" value="4"/>
+  <phase type="hg"><float name="g" value="0.3"/></phase>
+</medium>
+<medium type="homogeneous" id="plain"/>
+<shape type="cube"><bsdf type="null"/><ref name="interior" id="fog"/><ref name="exterior" id="plain"/></shape>"#,
+    );
+    let m = &d.media[0];
+    assert_eq!((m.name.as_str(), m.kind.as_str(), m.scale), ("fog", "homogeneous", 4.0));
+    let coefficients = CoefficientsDesc::ExtinctionAlbedo(rgb([1.0, 2.0, 3.0]), constant(0.5));
+    assert_eq!(m.coefficients, coefficients);
+    assert_eq!(m.phase, PhaseDesc::HenyeyGreenstein { g: 0.3 });
+    assert_eq!(m.extent, None);
+    let defaults = CoefficientsDesc::ExtinctionAlbedo(constant(1.0), constant(0.75));
+    assert_eq!((&d.media[1].coefficients, &d.media[1].phase), (&defaults, &PhaseDesc::Isotropic));
+    let sides = (d.shapes[0].interior, d.shapes[0].exterior);
+    assert_eq!(sides, (Some(MediumId(0)), Some(MediumId(1))));
+    assert_eq!(*only_model(&d), MaterialModel::Null { counts: true });
+}
+
+#[test]
+fn null_is_no_bounce_for_integrators_that_know_media() {
+    let d = scene(r#"<shape type="cube"><bsdf type="null"/></shape><integrator type="volpath"/>"#);
+    assert_eq!(*only_model(&d), MaterialModel::Null { counts: false });
+}
+
+#[test]
+fn media_of_old() {
+    let d = scene06(
+        r#"<medium type="homogeneous"><string name="material" value="Marble"/></medium>
+<medium type="homogeneous"><rgb name="sigmaS" value="1 1 2"/><rgb name="sigmaA" value="0 0 1"/></medium>
+<medium type="homogeneous"><float name="sigmaT" value="2"/><float name="albedo" value="0.25"/></medium>"#,
+    );
+    let of = |a, s| CoefficientsDesc::AbsorptionScattering(rgb(a), rgb(s));
+    assert_eq!(d.media[0].coefficients, of([0.0021, 0.0041, 0.0071], [2.19, 2.62, 3.0]));
+    assert_eq!(d.media[1].coefficients, of([0.0, 0.0, 1.0], [1.0, 1.0, 2.0]));
+    let by_albedo = CoefficientsDesc::ExtinctionAlbedo(constant(2.0), constant(0.25));
+    assert_eq!(d.media[2].coefficients, by_albedo);
+}
+
+/// A `.vol` file of floats in the box from 0 to (1, 2, 4).
+fn vol(resolution: [i32; 3], values: &[f32]) -> Vec<u8> {
+    let mut bytes = b"VOL\x03".to_vec();
+    for i in [1, resolution[0], resolution[1], resolution[2], 1] {
+        bytes.extend(i.to_le_bytes());
+    }
+    for f in [0.0, 0.0, 0.0, 1.0, 2.0, 4.0] {
+        bytes.extend(f32::to_le_bytes(f));
+    }
+    bytes.extend(values.iter().flat_map(|v| v.to_le_bytes()));
+    bytes
+}
+
+/// Reads a scene beside the volume `a.vol` of two samples.
+fn beside_volume(version: &str, inner: &str) -> (SceneDescription, Vec<String>) {
+    let text = format!("<scene version=\"{version}\">{CAMERA}\n{inner}</scene>");
+    let files = Files::new(&[("a.xml", &text)]);
+    let bytes = vol([2, 1, 1], &[0.5, 2.0]);
+    std::fs::write(files.folder.path().join("a.vol"), bytes).expect("files can be written");
+    let d = files.read("a.xml", &[]);
+    let messages = files.messages(&d);
+    (d, messages)
+}
+
+#[test]
+fn grids_and_their_boxes() {
+    for (by_file, corner) in [(false, [3.0, 3.0, 3.0]), (true, [3.0, 5.0, 9.0])] {
+        let (d, messages) = beside_volume(
+            "3.0.0",
+            &format!(
+                r#"<medium type="heterogeneous"><volume type="gridvolume" name="sigma_t">
+<string name="filename" value="a.vol"/><boolean name="use_grid_bbox" value="{by_file}"/>
+<transform name="to_world"><scale value="2"/><translate value="1"/></transform></volume>
+<volume type="constvolume" name="albedo"><rgb name="value" value="0.1 0.2 0.3"/></volume></medium>"#
+            ),
+        );
+        assert_eq!(messages, Vec::<String>::new());
+        let CoefficientsDesc::ExtinctionAlbedo(FieldDesc::Grid(grid), albedo) =
+            &d.media[0].coefficients
+        else {
+            panic!("{:?}", d.media[0].coefficients)
+        };
+        assert_eq!(*albedo, rgb([0.1, 0.2, 0.3]));
+        assert_eq!((grid.resolution, grid.channels), ([2, 1, 1], 1));
+        assert_eq!(
+            (grid.values.as_slice(), grid.layout),
+            (&[0.5, 2.0][..], GridLayout::CellsClamped)
+        );
+        let extent = d.media[0].extent.expect("a box");
+        for box_ in [&extent, &grid.to_world] {
+            let (low, high) = (box_.point(Vec3::ZERO), box_.point(Vec3::splat(1.0)));
+            assert_eq!((low, high), (Vec3::splat(1.0), corner.into()), "{by_file}");
+        }
+    }
+}
+
+#[test]
+fn densities_of_old() {
+    let (d, messages) = beside_volume(
+        "0.6.0",
+        r#"<medium type="heterogeneous"><string name="method" value="woodcock"/>
+<volume type="gridvolume" name="density"><string name="filename" value="a.vol"/></volume>
+<volume type="constvolume" name="albedo"><float name="value" value="0.9"/></volume>
+<float name="scale" value="10"/></medium>"#,
+    );
+    assert_eq!(messages, Vec::<String>::new());
+    let m = &d.media[0];
+    let CoefficientsDesc::ExtinctionAlbedo(FieldDesc::Grid(grid), _) = &m.coefficients else {
+        panic!("{:?}", m.coefficients)
+    };
+    assert_eq!((grid.layout, m.scale), (GridLayout::Corners, 10.0));
+    assert_eq!(m.extent.expect("a box").point(Vec3::splat(1.0)), Vec3::new(1.0, 2.0, 4.0));
+}
+
+#[test]
+fn phase_functions() {
+    let d = scene(
+        r#"<medium type="homogeneous"><phase type="blendphase"><float name="weight" value="0.2"/>
+<phase type="rayleigh"/><phase type="hg"/></phase></medium>
+<medium type="homogeneous"><phase type="tabphase"><string name="values" value="1, 2 3.5"/></phase></medium>"#,
+    );
+    let (a, b) = (PhaseDesc::Rayleigh, PhaseDesc::HenyeyGreenstein { g: 0.8 });
+    let blend = PhaseDesc::Blend { weight: 0.2, a: Box::new(a), b: Box::new(b) };
+    assert_eq!(d.media[0].phase, blend);
+    assert_eq!(d.media[1].phase, PhaseDesc::Tabulated { values: vec![1.0, 2.0, 3.5] });
+}
+
+#[test]
+fn faults() {
+    let (_, messages) = read(
+        "3.0.0",
+        r#"<medium type="homogenous"/>
+<medium type="homogeneous"><phase type="hg"><float name="g" value="1"/></phase></medium>
+<medium type="homogeneous"><phase type="tabphase"><string name="values" value="1"/></phase></medium>
+<medium type="homogeneous"><phase type="blendphase"><phase type="hg"/></phase></medium>
+<medium type="homogeneous"><phase type="sggx"/></medium>
+<medium type="homogeneous"><float name="sigmat" value="1"/></medium>
+<medium type="heterogeneous"><volume name="sigma_t" type="gridvolume"/></medium>"#,
+    );
+    assert_eq!(
+        messages,
+        [
+            "error 2:15 unknown medium `homogenous` | did you mean `homogeneous`?",
+            "error 3:68 `g` must lie between -1 and 1, found 1",
+            "error 4:80 a phase function needs two values or more, none negative, not all 0",
+            "error 5:28 phase `blendphase` needs 2 phases inside, found 1",
+            "warning 6:41 phase `sggx` is not supported | light scatters in all directions alike",
+            "warning 7:28 unknown parameter `sigmat` of medium `homogeneous` | did you mean \
+             `sigma_t`?",
+            "error 8:30 volume `gridvolume` needs `filename`",
+        ]
+    );
+    let (_, messages) = beside_volume(
+        "3.0.0",
+        r#"<medium type="heterogeneous"><volume name="sigma_t" type="gridvolume">
+<string name="filename" value="a.xml"/></volume></medium>"#,
+    );
+    assert_eq!(
+        messages,
+        ["error 3:31 can't read the volume `a.xml`: not a volume: it does not begin with `VOL`",]
+    );
+}

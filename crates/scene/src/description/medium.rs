@@ -1,0 +1,147 @@
+//! Participating media.
+
+use super::Span;
+use kaustika_math::Transform;
+use kaustika_spectra::SpectrumDesc;
+use std::sync::Arc;
+
+/// Index into [`super::SceneDescription::media`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct MediumId(pub u32);
+
+/// Matter that absorbs, scatters and emits in space.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MediumDesc {
+    /// Name or id; may be empty.
+    pub name: String,
+    /// Kind in the file, such as `homogeneous`.
+    pub kind: String,
+    /// What happens to light on its way, per unit of length.
+    pub coefficients: CoefficientsDesc,
+    /// Multiplies the coefficients (not an albedo).
+    pub scale: f32,
+    /// Multiplies the coefficients at each point.
+    pub density: Option<Arc<GridDesc>>,
+    /// Light of its own.
+    pub glow: Option<GlowDesc>,
+    /// Into which directions it scatters.
+    pub phase: PhaseDesc,
+    /// The unit cube to the box it fills; `None`: all that its boundaries enclose.
+    pub extent: Option<Transform>,
+    /// Where it was written.
+    pub span: Option<Span>,
+}
+
+/// The two numbers that describe an absorbing and scattering medium, in either form.
+#[derive(Clone, Debug, PartialEq)]
+pub enum CoefficientsDesc {
+    /// Absorption σₐ and scattering σₛ.
+    AbsorptionScattering(FieldDesc, FieldDesc),
+    /// Extinction σₜ = σₐ + σₛ and single-scattering albedo σₛ/σₜ.
+    ExtinctionAlbedo(FieldDesc, FieldDesc),
+}
+
+/// A colour that may vary over space.
+#[derive(Clone, Debug, PartialEq)]
+pub enum FieldDesc {
+    /// The same everywhere.
+    Constant(SpectrumDesc),
+    /// Sampled.
+    Grid(Arc<GridDesc>),
+}
+
+/// Samples on a regular grid, interpolated trilinearly.
+#[derive(Clone, PartialEq)]
+pub struct GridDesc {
+    /// Samples along x, y and z, each at least 1.
+    pub resolution: [u32; 3],
+    /// 1 (a number) or 3 (linear sRGB).
+    pub channels: u32,
+    /// x fastest, then y, then z; the channels of a sample side by side.
+    pub values: Vec<f32>,
+    /// The unit cube, which the samples fill, to world.
+    pub to_world: Transform,
+    /// Where in the cube they lie.
+    pub layout: GridLayout,
+}
+
+impl std::fmt::Debug for GridDesc {
+    /// With a hash in place of the samples.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let mix = |h, v: &f32| kaustika_math::mix_bits(h ^ u64::from(v.to_bits()));
+        f.debug_struct("GridDesc")
+            .field("resolution", &self.resolution)
+            .field("channels", &self.channels)
+            .field("values", &self.values.iter().fold(0, mix))
+            .field("to_world", &self.to_world)
+            .field("layout", &self.layout)
+            .finish()
+    }
+}
+
+/// Where the samples of a grid lie, and what is beyond the outermost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GridLayout {
+    /// In the centres of cells; the border's value beyond (Mitsuba 3).
+    CellsClamped,
+    /// In the centres of cells; nothing beyond (pbrt).
+    CellsFading,
+    /// On the corners of cells, from face to face of the cube (Mitsuba 0.6).
+    Corners,
+}
+
+/// Emission: the radiance that absorption gives back, Lₑ in σₐ Lₑ.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GlowDesc {
+    /// Lₑ, W/(m² sr).
+    pub source: GlowSource,
+    /// Multiplies it.
+    pub scale: f32,
+    /// Multiplies it at each point.
+    pub grid: Option<Arc<GridDesc>>,
+}
+
+/// Where the spectrum of a glow comes from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum GlowSource {
+    /// A spectrum, with the role of an illuminant.
+    Radiance(FieldDesc),
+    /// A black body, normalised to a maximum of 1, of (value - offset) · factor kelvin; dark up to
+    /// 100 K (pbrt).
+    Temperature {
+        /// The values.
+        grid: Arc<GridDesc>,
+        /// Subtracted from them.
+        offset: f32,
+        /// Multiplies the difference.
+        factor: f32,
+    },
+}
+
+/// How a medium scatters; θ is the angle between the directions of flight before and after.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PhaseDesc {
+    /// Alike in all directions.
+    Isotropic,
+    /// Henyey & Greenstein 1941, mean cosine g in (-1, 1): forward where positive.
+    HenyeyGreenstein {
+        /// Mean cosine.
+        g: f32,
+    },
+    /// Particles much smaller than the wavelength (Rayleigh 1871).
+    Rayleigh,
+    /// A sum of two.
+    Blend {
+        /// Share of the second, in [0, 1].
+        weight: f32,
+        /// First.
+        a: Box<PhaseDesc>,
+        /// Second.
+        b: Box<PhaseDesc>,
+    },
+    /// Values at even steps of cos θ from -1 (back) to 1 (forward), linear between; of any scale.
+    Tabulated {
+        /// At least two, none negative, not all zero.
+        values: Vec<f32>,
+    },
+}
