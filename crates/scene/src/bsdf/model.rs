@@ -93,3 +93,12 @@ models! {
     /// Nothing there.
     Null(Null),
 }
+
+/// Models are copied at every hit; the rare ones must not make all of them larger.
+#[test]
+fn rare_models_are_no_larger_than_frequent_ones() {
+    let frequent = size_of::<CoatedConductor>();
+    let rare =
+        [size_of::<Coating>(), size_of::<Grating>(), size_of::<Hair>(), size_of::<Measured>()];
+    assert!(rare.iter().all(|size| *size <= frequent), "{rare:?}, {frequent}");
+}
