@@ -384,7 +384,7 @@ struct Roles {
 impl Roles {
     /// Textures used for emission or for indices of refraction, and their children.
     fn of(description: &SceneDescription) -> Roles {
-        use crate::description::{ConductorColor, IorDesc};
+        use crate::description::{ConductorColor, FilterModel, IorDesc};
         let mut roles = Roles { illuminants: HashSet::new(), unbounded: HashSet::new() };
         let shapes = description.shapes.iter();
         for shape in shapes.chain(description.groups.iter().flat_map(|g| &g.shapes)) {
@@ -406,6 +406,11 @@ impl Roles {
             };
             if let MaterialModel::MetallicRoughness(desc) = &material.model {
                 mark(description, desc.specular_color, &mut roles.unbounded);
+            }
+            if let MaterialModel::Filter { element: FilterModel::Retarder { delta, .. }, .. } =
+                material.model
+            {
+                mark(description, delta, &mut roles.unbounded);
             }
             if let Some(ConductorColor::EtaK { eta, k }) = color {
                 mark(description, *eta, &mut roles.unbounded);

@@ -15,6 +15,7 @@ pub mod lanes;
 mod light;
 mod material;
 mod moving;
+pub mod polarization;
 mod scene;
 mod shape;
 mod surface;

@@ -124,10 +124,7 @@ impl<'a> Converter<'a> {
             "null" => MaterialModel::Null { counts: true },
             "hk" => self.stand_in(object, "reflectance"),
             "irawan" | "measured" | "measured_polarized" | "hair" => self.stand_in(object, ""),
-            "polarizer" | "retarder" | "circular" => {
-                self.replaced(object, "light passes unchanged");
-                MaterialModel::Null { counts: true }
-            }
+            "polarizer" | "retarder" | "circular" => self.polarizing_filter(object),
             "mask" | "twosided" | "bumpmap" | "bump" | "normalmap" | "blendbsdf"
             | "mixturebsdf" | "coating" | "roughcoating" => self.nested_model(object),
             _ => {

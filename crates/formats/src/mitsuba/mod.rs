@@ -22,6 +22,7 @@ mod convert;
 mod daylight;
 mod document;
 mod emitters;
+
 mod find;
 mod integrators;
 mod ior;
@@ -29,6 +30,7 @@ mod matrix;
 mod meters;
 mod nested;
 mod parse;
+mod polarizing;
 mod properties;
 mod resources;
 mod sensors;

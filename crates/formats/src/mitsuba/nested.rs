@@ -107,6 +107,7 @@ impl<'a> Converter<'a> {
             M::Dielectric { .. }
             | M::ThinDielectric { .. }
             | M::DiffuseTransmission { .. }
+            | M::Filter { .. }
             | M::Null { .. }
             | M::Mask { .. } => true,
             M::Bump { material, .. } | M::NormalMap { material, .. } => self.transmits(*material),

@@ -2,7 +2,7 @@
 
 use super::{
     BsdfSample, CoatedConductor, CoatedDiffuse, Conductor, Dielectric, Diffuse,
-    DiffuseTransmission, Lobes, MetallicRoughness, Mode, Null, OrenNayar, Phong, Plastic,
+    DiffuseTransmission, Lobes, MetallicRoughness, Mode, Null, OrenNayar, Phong, Plastic, PolarizingFilter,
     Principled, PrincipledThin, RoughPlastic, Scatter, ThinDielectric, Ward,
 };
 use kaustika_math::{Vec2, Vec3};
@@ -82,6 +82,8 @@ models! {
     CoatedDiffuse(CoatedDiffuse),
     /// Metal under a coat.
     CoatedConductor(CoatedConductor),
+    /// Polarizer or retarder.
+    PolarizingFilter(PolarizingFilter),
     /// Nothing there.
     Null(Null),
 }

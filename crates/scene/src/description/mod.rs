@@ -21,8 +21,8 @@ pub use camera::{
 pub use curve::{CurveProfile, CurveSegment, Curves};
 pub use light::{EnvironmentLayout, LightDesc, LightKind, SkyDesc, SpotFalloff};
 pub use material::{
-    CoatDesc, ConductorColor, Distribution, IorDesc, MaterialDesc, MaterialId, MaterialModel,
-    PrincipledDesc, RoughnessDesc, WardVariant,
+    CoatDesc, ConductorColor, Distribution, FilterModel, IorDesc, MaterialDesc, MaterialId,
+    MaterialModel, PrincipledDesc, RoughnessDesc, WardVariant,
 };
 pub use mesh::{MeshAttribute, TriMesh};
 pub use metallic_roughness::{

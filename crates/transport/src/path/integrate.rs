@@ -26,7 +26,7 @@ use kaustika_scene::{CameraRay, Escaped, Hit, LightId, LightSelection, Scene, Se
 use kaustika_spectra::{Spectrum, Wavelengths};
 
 /// Passages through interfaces a path may make before it is given up.
-const MAX_PASSAGES: u32 = 1000;
+pub(super) const MAX_PASSAGES: u32 = 1000;
 
 /// Estimates radiance along camera rays of one picture.
 #[derive(Debug)]
@@ -272,7 +272,7 @@ impl<'a> Integrator<'a> {
 
     /// True if paths of this many bounces are wanted.
     #[inline]
-    fn counts(&self, depth: u32) -> bool {
+    pub(super) fn counts(&self, depth: u32) -> bool {
         depth <= self.max_depth && self.only_depth.is_none_or(|d| d == depth)
     }
 
@@ -307,7 +307,7 @@ impl<'a> Integrator<'a> {
 
     /// w_b Lₑ of what surrounds the scene.
     #[inline(never)]
-    fn escaped(&self, ray: &Ray, previous: &Previous, lambda: &Wavelengths) -> Spectrum {
+    pub(super) fn escaped(&self, ray: &Ray, previous: &Previous, lambda: &Wavelengths) -> Spectrum {
         self.scene.environments.iter().fold(Spectrum::ZERO, |sum, &id| {
             let light = self.scene.light(id);
             let Escaped { le, pdf_li, region } = light.escaped(previous.p, ray.d, lambda);

@@ -8,6 +8,7 @@ mod integrate;
 mod pack;
 mod params;
 mod plain;
+mod polarized;
 mod start;
 mod walk;
 mod wave;
@@ -15,6 +16,7 @@ mod wave;
 pub use integrate::{Integrator, PathSample};
 pub use params::{PathParams, parameters};
 
+use self::polarized::trace_polarized;
 use self::wave::{Wave, trace_alone};
 use crate::frame::Frame;
 use crate::lights;
@@ -23,6 +25,7 @@ use crate::method::{
 };
 use crate::workers::Workers;
 use kaustika_film::accumulate::PassImage;
+use kaustika_scene::bsdf::Bsdf;
 use kaustika_scene::{LightSelection, Scene};
 
 /// What the path tracer is.
@@ -96,10 +99,16 @@ impl Method for PathTracer {
         let lights = self.lights.as_ref().unwrap_or(&scene.light_selection);
         let integrator = Integrator::new(scene, frame, &self.params).with_lights(lights);
         let rows = rows(frame.size());
-        let bands = workers.bands(out, rows, Wave::new, |wave, band| match self.alone {
-            true => trace_alone(&integrator, index, band),
-            false => wave.trace(&integrator, index, band),
-        })?;
+        let bands = if self.params.polarized {
+            workers.bands(out, rows, Bsdf::default, |bsdf, band| {
+                trace_polarized(&integrator, index, bsdf, band)
+            })
+        } else {
+            workers.bands(out, rows, Wave::new, |wave, band| match self.alone {
+                true => trace_alone(&integrator, index, band),
+                false => wave.trace(&integrator, index, band),
+            })
+        }?;
         let mut stats = PassStats::default();
         bands.into_iter().for_each(|s| stats += s);
         Ok(Commit { kind: CommitKind::Average, stats })
