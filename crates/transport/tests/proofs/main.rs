@@ -17,6 +17,7 @@ mod meters;
 mod mis;
 mod motion;
 mod placing;
+mod polarized;
 mod refraction;
 mod roulette;
 mod samplers;
