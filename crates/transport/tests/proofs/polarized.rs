@@ -214,7 +214,12 @@ fn metals_make_elliptic_light() {
     // 180° - 139.603°: of which sign depends on that of the diagonal before the lamp.
     let phase = phase.to_degrees().abs();
     assert!((phase - 139.603).abs() < 0.05 || (phase - 40.397).abs() < 0.05, "{phase}");
-    close("polarized fully", (seen[1].powi(2) + seen[2].powi(2) + seen[3].powi(2)).sqrt(), seen[0], 1e-5);
+    close(
+        "polarized fully",
+        (seen[1].powi(2) + seen[2].powi(2) + seen[3].powi(2)).sqrt(),
+        seen[0],
+        1e-5,
+    );
 }
 
 /// Rough spheres and glass in a room of matte walls.

@@ -297,7 +297,8 @@ fn polarizing_filters() {
         r#"<bsdf type="retarder"><float name="theta" value="20"/>
         <float name="transmittance" value="0.25"/></bsdf>"#,
     );
-    let MaterialModel::Filter { element: FilterModel::Retarder { theta, delta }, transmittance } = m
+    let MaterialModel::Filter { element: FilterModel::Retarder { theta, delta }, transmittance } =
+        m
     else {
         panic!("{m:?}")
     };
