@@ -12,8 +12,8 @@ use crate::bsdf::{
     relief_roughness,
 };
 use crate::description::{
-    CoatDesc, ConductorColor, FilterModel, IorDesc, MaterialId, MaterialModel, PrincipledDesc, RoughnessDesc,
-    SceneDescription, SourceFormat, TangentSpace, TextureId,
+    CoatDesc, ConductorColor, FilterModel, IorDesc, MaterialId, MaterialModel, PrincipledDesc,
+    RoughnessDesc, SceneDescription, SourceFormat, TangentSpace, TextureId,
 };
 use crate::geometry::Geometry;
 use crate::surface::Surface;

@@ -2,8 +2,8 @@
 
 use super::{
     BsdfSample, CoatedConductor, CoatedDiffuse, Conductor, Dielectric, Diffuse,
-    DiffuseTransmission, Lobes, MetallicRoughness, Mode, Null, OrenNayar, Phong, Plastic, PolarizingFilter,
-    Principled, PrincipledThin, RoughPlastic, Scatter, ThinDielectric, Ward,
+    DiffuseTransmission, Lobes, MetallicRoughness, Mode, Null, OrenNayar, Phong, Plastic,
+    PolarizingFilter, Principled, PrincipledThin, RoughPlastic, Scatter, ThinDielectric, Ward,
 };
 use kaustika_math::{Vec2, Vec3};
 use kaustika_spectra::Spectrum;
