@@ -34,7 +34,7 @@ fn fill(image: &mut PassImage, value: f32) {
 }
 
 fn layers(features: bool) -> Layers {
-    Layers::new(if features { &Feature::ALL } else { &[] })
+    Layers::new(if features { &Feature::FIRST_SURFACE } else { &[] })
 }
 
 #[divan::bench(args = [false, true], min_time = 0.2, max_time = 1)]

@@ -1,14 +1,15 @@
 //! From summed passes to pictures.
 
 use crate::record::Record;
-use kaustika_film::accumulate::{PassTree, Total};
+use kaustika_film::accumulate::{Feature, PassTree, Total};
 use kaustika_film::{ChannelKind, Picture};
 use kaustika_sampling::SamplerKind;
 
 /// Fewest independent passes from which a standard error is estimated.
 const MIN_GROUPS: u64 = 8;
 
-/// The picture of all passes in `tree`: R, G, B, the features, `Variance` (of one sample) and,
+/// The picture of all passes in `tree`: R, G, B, the features (with Stokes vectors their degree of
+/// polarization, `DoP`), `Variance` (of one sample) and,
 /// where samples are independent, `StdError` (of the mean), with the metadata of `record`.
 /// `seconds` is the time spent rendering.
 ///
@@ -65,5 +66,17 @@ fn add_features(picture: &mut Picture, tree: &PassTree, total: &Total) {
                 channel.kind = ChannelKind::Uint;
             }
         }
+        if *feature == Feature::Stokes {
+            add_rgb(picture, ["DoP.R", "DoP.G", "DoP.B"], |i| {
+                std::array::from_fn(|c| {
+                    degree_of_polarization([0, 3, 6, 9].map(|s| total.value(i, offset + s + c)))
+                })
+            });
+        }
     }
+}
+
+/// √(S₁² + S₂² + S₃²)/S₀, 0 where there is no light; of noisy Stokes vectors it is too large.
+fn degree_of_polarization([s0, s1, s2, s3]: [f32; 4]) -> f32 {
+    if s0 > 0.0 { (s1 * s1 + s2 * s2 + s3 * s3).sqrt() / s0 } else { 0.0 }
 }

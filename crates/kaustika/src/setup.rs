@@ -145,6 +145,13 @@ impl Setup {
         frame.max_component = camera.film.max_component;
         let mut features = options.features.clone();
         features.extend(camera.film.aovs.iter().filter_map(|a| a.parse::<Feature>().ok()));
+        let polarized = parameters.get("polarized") == Some(&Value::Bool(true));
+        if polarized {
+            features.push(Feature::Stokes);
+        } else if features.contains(&Feature::Stokes) {
+            let message = "the layer `stokes` needs a polarized render: `-p polarized=true`";
+            return Err(SetupError::Choice(message.into()));
+        }
         frame.layers = Layers::new(&features);
 
         let mode = options.mode.unwrap_or(match description.format {
@@ -281,6 +288,7 @@ fn parameters(
     set("max_depth", file.max_depth.map(Value::from));
     set("rr_depth", file.rr_depth.map(Value::from));
     set("hide_emitters", file.hide_emitters.then_some(Value::from(true)));
+    set("polarized", file.polarized.then_some(Value::from(true)));
     for (key, value) in given {
         map.insert(key.clone(), scalar(value));
     }

@@ -405,7 +405,7 @@ struct Roles {
 impl Roles {
     /// Textures used for emission or for indices of refraction, and their children.
     fn of(description: &SceneDescription) -> Roles {
-        use crate::description::{ConductorColor, HairAbsorption, HairDesc, IorDesc};
+        use crate::description::{ConductorColor, FilterModel, HairAbsorption, HairDesc, IorDesc};
         let mut roles = Roles { illuminants: HashSet::new(), unbounded: HashSet::new() };
         let shapes = description.shapes.iter();
         for shape in shapes.chain(description.groups.iter().flat_map(|g| &g.shapes)) {
@@ -434,6 +434,11 @@ impl Roles {
             }) = &material.model
             {
                 mark(description, *t, &mut roles.unbounded);
+            }
+            if let MaterialModel::Filter { element: FilterModel::Retarder { delta, .. }, .. } =
+                material.model
+            {
+                mark(description, delta, &mut roles.unbounded);
             }
             if let Some(ConductorColor::EtaK { eta, k }) = color {
                 mark(description, *eta, &mut roles.unbounded);

@@ -16,6 +16,7 @@ mod light;
 mod material;
 pub mod medium;
 mod moving;
+pub mod polarization;
 mod scene;
 mod shape;
 mod surface;

@@ -10,14 +10,14 @@ mod tables;
 
 use crate::bsdf::{
     self, Bsdf, CoatedConductor, CoatedDiffuse, Conductor, ConductorFresnel, Dielectric, Diffuse,
-    DiffuseTransmission, Masking, Measured, MeasuredData, Microfacet, Model, Null, OrenNayar, Part,
-    Phong, Plastic, PlasticCoat, Principled, PrincipledParameters, PrincipledThin,
-    PrincipledThinParameters, RoughPlastic, RoughTransmittance, ThinDielectric, Ward,
-    relief_roughness,
+    DiffuseTransmission, FilterElement, Masking, Measured, MeasuredData, Microfacet, Model, Null,
+    OrenNayar, Part, Phong, Plastic, PlasticCoat, PolarizingFilter, Principled,
+    PrincipledParameters, PrincipledThin, PrincipledThinParameters, RoughPlastic,
+    RoughTransmittance, ThinDielectric, Ward, relief_roughness,
 };
 use crate::description::{
-    CoatDesc, ConductorColor, IorDesc, MaterialId, MaterialModel, PrincipledDesc, RoughnessDesc,
-    SceneDescription, SourceFormat, TangentSpace, TextureId,
+    CoatDesc, ConductorColor, FilterModel, IorDesc, MaterialId, MaterialModel, PrincipledDesc,
+    RoughnessDesc, SceneDescription, SourceFormat, TangentSpace, TextureId,
 };
 use crate::geometry::Geometry;
 use crate::surface::Surface;
@@ -176,6 +176,20 @@ impl Hit<'_, '_> {
             clearcoat: unit(d.clearcoat),
             clearcoat_gloss: unit(d.clearcoat_gloss),
         }))
+    }
+
+    fn filter(&self, element: &FilterModel) -> FilterElement {
+        match *element {
+            FilterModel::Linear { theta } => {
+                FilterElement::Linear { theta: self.float(theta).to_radians() }
+            }
+            FilterModel::Retarder { theta, delta } => FilterElement::Retarder {
+                theta: self.float(theta).to_radians(),
+                delta: self.spectrum(delta).map(f32::to_radians),
+            },
+            FilterModel::Circular { left_handed } => FilterElement::Circular { left_handed },
+            FilterModel::Grey => FilterElement::Grey,
+        }
     }
 
     fn conductor(&self, color: &ConductorColor) -> ConductorFresnel {
@@ -464,6 +478,10 @@ impl Materials {
                 let base = hit.microfacet(base_roughness, self.masking);
                 Model::CoatedConductor(CoatedConductor::new(hit.conductor(color), base, coat))
             }
+            M::Filter { element, transmittance } => Model::PolarizingFilter(PolarizingFilter {
+                element: hit.filter(element),
+                transmittance: hit.spectrum(*transmittance),
+            }),
             M::Null { .. } => Model::Null(Null),
         };
         out.push(place.part(model, place.weight));

@@ -22,11 +22,14 @@ pub enum Feature {
     ShapeId,
     /// Number of the material, from 1; 0 for nothing. Of one sample, never averaged.
     MaterialId,
+    /// Stokes vector of the light that arrives, S₀ to S₃ as linear RGB each, in the frame of the
+    /// picture: S₁ along its rows. Not of the first surface; only polarized rendering knows it.
+    Stokes,
 }
 
 impl Feature {
-    /// All features, in the order of their channels.
-    pub const ALL: [Feature; 8] = [
+    /// Those of the first surface, in the order of their channels.
+    pub const FIRST_SURFACE: [Feature; 8] = [
         Feature::Albedo,
         Feature::Normal,
         Feature::ShadingNormal,
@@ -37,7 +40,13 @@ impl Feature {
         Feature::MaterialId,
     ];
 
-    /// EXR channel names, as pbrt-v4's G-buffer has them where it has them.
+    /// All features, in the order of their channels.
+    pub fn all() -> impl Iterator<Item = Feature> {
+        Feature::FIRST_SURFACE.into_iter().chain([Feature::Stokes])
+    }
+
+    /// EXR channel names, as pbrt-v4's G-buffer has them where it has them; as Mitsuba 3's for
+    /// polarization.
     pub fn channels(self) -> &'static [&'static str] {
         match self {
             Feature::Albedo => &["Albedo.R", "Albedo.G", "Albedo.B"],
@@ -48,6 +57,10 @@ impl Feature {
             Feature::Uv => &["u", "v"],
             Feature::ShapeId => &["ShapeId"],
             Feature::MaterialId => &["MaterialId"],
+            Feature::Stokes => &[
+                "S0.R", "S0.G", "S0.B", "S1.R", "S1.G", "S1.B", "S2.R", "S2.G", "S2.B", "S3.R",
+                "S3.G", "S3.B",
+            ],
         }
     }
 
@@ -66,6 +79,7 @@ impl Feature {
             Feature::Uv => "uv",
             Feature::ShapeId => "shape_id",
             Feature::MaterialId => "material_id",
+            Feature::Stokes => "stokes",
         }
     }
 }
@@ -79,9 +93,9 @@ impl fmt::Display for Feature {
 impl FromStr for Feature {
     type Err = String;
     fn from_str(s: &str) -> Result<Feature, String> {
-        let named = |f: &&Feature| f.name() == s.trim();
-        Feature::ALL.iter().find(named).copied().ok_or_else(|| {
-            let known: Vec<_> = Feature::ALL.iter().map(|f| f.name()).collect();
+        let named = |f: &Feature| f.name() == s.trim();
+        Feature::all().find(named).ok_or_else(|| {
+            let known: Vec<_> = Feature::all().map(Feature::name).collect();
             format!("unknown feature layer `{s}`; known: {}", known.join(", "))
         })
     }

@@ -140,6 +140,16 @@ impl PixelBand<'_> {
         }
     }
 
+    /// Adds a camera path's Stokes vector, S₀ to S₃ as linear RGB, to the pixel at column `x` and
+    /// row `y` of the band, with its weight of the filter; nothing if [`Feature::Stokes`] is not kept.
+    pub fn add_stokes(&mut self, x: u32, y: u32, weight: f32, stokes: &[[f32; 3]; 4]) {
+        let Some(offset) = self.layers.offset(Feature::Stokes) else { return };
+        let at = (y as usize * self.width as usize + x as usize) * self.stride + offset;
+        for (p, v) in self.data[at..at + 12].iter_mut().zip(stokes.as_flattened()) {
+            *p += weight * v;
+        }
+    }
+
     /// The part of [`PixelBand::add`] that pixels of colour alone do without.
     fn add_features(&mut self, at: usize, r: &PixelRecord) {
         let pixel = &mut self.data[at..at + self.stride];
@@ -154,6 +164,8 @@ impl PixelBand<'_> {
                 Feature::Uv => ([r.uv[0], r.uv[1], 0.0], 2),
                 Feature::ShapeId => ([r.shape as f32, 0.0, 0.0], 1),
                 Feature::MaterialId => ([r.material as f32, 0.0, 0.0], 1),
+                // The last one; see [`PixelBand::add_stokes`].
+                Feature::Stokes => break,
             };
             for (p, v) in pixel[at..at + n].iter_mut().zip(values) {
                 if f.is_id() {

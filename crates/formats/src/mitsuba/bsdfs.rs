@@ -134,10 +134,7 @@ impl<'a> Converter<'a> {
             "grating" => self.grating(object),
             "measured" => self.measured(object),
             "irawan" | "measured_polarized" => self.stand_in(object, ""),
-            "polarizer" | "retarder" | "circular" => {
-                self.replaced(object, "light passes unchanged");
-                MaterialModel::Null { counts: true }
-            }
+            "polarizer" | "retarder" | "circular" => self.polarizing_filter(object),
             "mask" | "twosided" | "bumpmap" | "bump" | "normalmap" | "blendbsdf"
             | "mixturebsdf" | "coating" | "roughcoating" => self.nested_model(object),
             _ => {

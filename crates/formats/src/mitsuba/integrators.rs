@@ -58,6 +58,7 @@ impl<'a> Converter<'a> {
         if let Some((_, child)) = inner.first() {
             let made = self.guarded(id, |c| c.integrator(*child));
             if made.is_some() {
+                self.out.integrator.polarized |= object.plugin == "stokes";
                 return;
             }
         }
@@ -77,6 +78,7 @@ impl<'a> Converter<'a> {
             max_depth,
             rr_depth: self.depth(object, "rr_depth", 1),
             hide_emitters: self.boolean(object, "hide_emitters", false),
+            polarized: object.plugin == "stokes",
             strict_normals: self.boolean(object, "strict_normals", false),
             light_sampler: None,
             span: Some(object.span),

@@ -109,6 +109,7 @@ impl<'a> Converter<'a> {
             | M::DiffuseTransmission { .. }
             | M::Hair(_)
             | M::Grating(_)
+            | M::Filter { .. }
             | M::Null { .. }
             | M::Mask { .. } => true,
             M::Bump { material, .. } | M::NormalMap { material, .. } => self.transmits(*material),

@@ -110,7 +110,7 @@ pub struct RenderArgs {
     /// How lights are chosen: uniform, power, bvh, learned
     #[arg(long, value_name = "KIND")]
     pub light_sampler: Option<LightSelectionKind>,
-    /// Feature layers: albedo, normal, ..., or all
+    /// Feature layers: albedo, normal, ..., or all of the first surface
     #[arg(long, value_name = "LAYERS")]
     pub aov: Option<FeatureList>,
     /// How values become colours in .png and .jpg
@@ -265,7 +265,7 @@ impl RenderArgs {
     }
 }
 
-/// Feature layers, `all` included.
+/// Feature layers; `all` are those of the first surface.
 #[derive(Clone, Debug)]
 pub struct FeatureList(pub Vec<Feature>);
 
@@ -273,7 +273,7 @@ impl FromStr for FeatureList {
     type Err = String;
     fn from_str(text: &str) -> Result<FeatureList, String> {
         match text {
-            "all" => Ok(FeatureList(Feature::ALL.to_vec())),
+            "all" => Ok(FeatureList(Feature::FIRST_SURFACE.to_vec())),
             _ => text.split(',').map(str::parse).collect::<Result<_, _>>().map(FeatureList),
         }
     }

@@ -250,3 +250,37 @@ fn rays_are_counted() {
     p.write("odd.f32", "12345");
     assert!(p.fails(1, "rays square.ply odd.f32").contains("7 floats"));
 }
+
+#[test]
+fn polarization_is_asked_for_by_the_scene_or_by_name() {
+    let p = Place::new();
+    let text = r#"<scene version="3.0.0">
+        <integrator type="stokes"><integrator type="path"/></integrator>
+        <sensor type="perspective">
+            <transform name="to_world"><lookat origin="0,0,4" target="0,0,0" up="0,1,0"/></transform>
+            <film type="hdrfilm">
+                <integer name="width" value="8"/><integer name="height" value="6"/>
+            </film>
+        </sensor>
+        <shape type="rectangle"><transform name="to_world"><scale value="9"/></transform>
+            <bsdf type="polarizer"/></shape>
+        <emitter type="constant"/>
+    </scene>"#;
+    p.write("filter.xml", text);
+    p.ok("render filter.xml -q --spp 2 -o filter.exr");
+    let picture = p.picture("filter.exr");
+    let mean = |name: &str| {
+        let values = picture.channel(name).unwrap_or_else(|| panic!("no {name}"));
+        values.iter().sum::<f32>() / values.len() as f32
+    };
+    // Horizontal, and half of the light.
+    for (name, expected) in
+        [("S0.G", 0.5), ("S1.G", 0.5), ("S2.G", 0.0), ("S3.B", 0.0), ("DoP.R", 1.0), ("G", 0.5)]
+    {
+        assert!((mean(name) - expected).abs() < 1e-4, "{name}: {}", mean(name));
+    }
+    p.ok("render filter.xml -q --spp 2 -p polarized=false -o plain.exr");
+    assert!(p.picture("plain.exr").channel("S0.R").is_none());
+    p.ok("render ball.pbrt -q --spp 2 -p polarized=true -o ball.exr");
+    assert!(p.picture("ball.exr").channel("DoP.B").is_some());
+}

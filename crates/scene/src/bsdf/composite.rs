@@ -5,6 +5,8 @@
 //! importance: f · |ωₒ·nₛ| |ωᵢ·n_g| / (|ωₒ·n_g| |ωᵢ·nₛ|)   (Veach 1997, eq. 5.19) (2)
 //! ```
 
+mod polarized;
+
 use super::{BsdfSample, Lobes, Mode, Model, Scatter};
 use arrayvec::ArrayVec;
 use kaustika_math::{Frame, ONE_MINUS_EPSILON, Vec2, Vec3};

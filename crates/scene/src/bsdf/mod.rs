@@ -40,6 +40,8 @@ mod null;
 mod oren_nayar;
 mod phong;
 mod plastic;
+mod polarize;
+mod polarizing_filter;
 mod principled;
 mod rough_plastic;
 mod rough_transmittance;
@@ -70,6 +72,8 @@ pub use null::Null;
 pub use oren_nayar::OrenNayar;
 pub use phong::Phong;
 pub use plastic::{Plastic, PlasticCoat};
+pub use polarize::Polarize;
+pub use polarizing_filter::{FilterElement, PolarizingFilter};
 pub(crate) use principled::facets as principled_facets;
 pub use principled::{
     Principled, PrincipledParameters, PrincipledThin, PrincipledThinParameters, eta_from_specular,

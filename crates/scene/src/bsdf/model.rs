@@ -3,7 +3,8 @@
 use super::{
     BsdfSample, CoatedConductor, CoatedDiffuse, Coating, Conductor, Dielectric, Diffuse,
     DiffuseTransmission, Grating, Hair, Lobes, Measured, MetallicRoughness, Mode, Null, OrenNayar,
-    Phong, Plastic, Principled, PrincipledThin, RoughPlastic, Scatter, ThinDielectric, Ward,
+    Phong, Plastic, PolarizingFilter, Principled, PrincipledThin, RoughPlastic, Scatter,
+    ThinDielectric, Ward,
 };
 use kaustika_math::{Vec2, Vec3};
 use kaustika_spectra::Spectrum;
@@ -90,6 +91,8 @@ models! {
     Hair(Hair),
     /// What was measured.
     Measured(Measured<'a>),
+    /// Polarizer or retarder.
+    PolarizingFilter(PolarizingFilter),
     /// Nothing there.
     Null(Null),
 }

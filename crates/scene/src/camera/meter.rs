@@ -24,6 +24,8 @@ pub struct Meter {
     resolution: Vec2,
     /// Where it stands, about.
     position: Vec3,
+    /// See [`super::Camera::up`].
+    up: Vec3,
 }
 
 #[derive(Clone, Debug)]
@@ -70,7 +72,7 @@ impl Meter {
         let o = to_world.point(Vec3::ZERO);
         let d = to_world.vector(Vec3::Z).normalize();
         let kind = Kind::Radiance(Ray::new(o, d));
-        Meter { kind, resolution: pixels(resolution), position: o }
+        Meter { kind, resolution: pixels(resolution), position: o, up: to_world.vector(Vec3::Y) }
     }
 
     /// Irradiance on a shape, or the flux that it receives; `None` if it has no area.
@@ -84,7 +86,7 @@ impl Meter {
         let position = patch.sample(Vec2::splat(0.5)).0.p;
         let factor = if flux { patch.area } else { 1.0 };
         let kind = Kind::Irradiance(patch, factor);
-        Some(Meter { kind, resolution: pixels(resolution), position })
+        Some(Meter { kind, resolution: pixels(resolution), position, up: Vec3::ZERO })
     }
 
     /// Radiance that arrives along +z of the sensor's space from beyond the scene, averaged over
@@ -104,7 +106,13 @@ impl Meter {
         };
         let back = 2.0 * radius.max(1e-3);
         let kind = Kind::Distant { d, back, target };
-        Some(Meter { kind, resolution: pixels(resolution), position: center })
+        let up = to_world.vector(Vec3::Y);
+        Some(Meter { kind, resolution: pixels(resolution), position: center, up })
+    }
+
+    /// See [`super::Camera::up`].
+    pub fn up(&self) -> Vec3 {
+        self.up
     }
 
     /// The ray through a film position and a lens sample.

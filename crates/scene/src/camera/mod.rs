@@ -254,6 +254,21 @@ impl Camera {
         !matches!(self, Camera::Meter(_) | Camera::Batch(..))
     }
 
+    /// What is up in the picture at a film position and a time, in world space and not unit; zero
+    /// where there is no such direction, as of an irradiance meter.
+    pub fn up(&self, film: Vec2, time: f32) -> Vec3 {
+        match self {
+            Camera::Projective(c) => c.up(),
+            Camera::Spherical(c) => c.up(),
+            Camera::Meter(c) => c.up(),
+            Camera::Batch(cameras, columns) => {
+                let i = ((film.x / columns).max(0.0) as usize).min(cameras.len() - 1);
+                cameras[i].up(film, time)
+            }
+            Camera::Moving(c) => c.up(film, time),
+        }
+    }
+
     /// Where the camera stands at a time.
     pub fn position(&self, time: f32) -> Vec3 {
         match self {

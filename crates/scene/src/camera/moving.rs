@@ -67,6 +67,11 @@ impl Moving {
         self.motion.at(time).vector(axis).try_normalize()
     }
 
+    /// See [`Camera::up`].
+    pub fn up(&self, film: Vec2, time: f32) -> Vec3 {
+        self.motion.at(time).vector(self.at_rest.up(film, time))
+    }
+
     /// Where the camera stands at a time.
     pub fn position(&self, time: f32) -> Vec3 {
         self.motion.at(time).point(self.at_rest.position(time))

@@ -316,6 +316,11 @@ impl Projective {
         }
     }
 
+    /// See [`super::Camera::up`].
+    pub fn up(&self) -> Vec3 {
+        self.to_world.vector(Vec3::Y)
+    }
+
     /// Where the camera stands.
     pub fn position(&self) -> Vec3 {
         self.to_world.point(Vec3::ZERO)

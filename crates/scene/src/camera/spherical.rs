@@ -84,6 +84,11 @@ impl Spherical {
         }
     }
 
+    /// See [`super::Camera::up`].
+    pub fn up(&self) -> Vec3 {
+        self.to_world.vector(Vec3::Y)
+    }
+
     /// Where the camera stands.
     pub fn position(&self) -> Vec3 {
         self.to_world.point(Vec3::ZERO)

@@ -189,6 +189,8 @@ pub struct IntegratorDesc {
     pub rr_depth: Option<u32>,
     /// True: light sources are not seen directly by the camera.
     pub hide_emitters: bool,
+    /// True: light's polarization is tracked and written (Mitsuba's `stokes`).
+    pub polarized: bool,
     /// True: strictly geometric-normal consistent paths only (Mitsuba 0.6 `strictNormals`).
     pub strict_normals: bool,
     /// pbrt's lightsampler: uniform, power, bvh; `None`: the default.

@@ -259,12 +259,53 @@ pub enum MaterialModel {
         /// What its numbers mean.
         space: TangentSpace,
     },
+    /// An ideal filter that light passes straight through (Mitsuba 3's `polarizer`, `retarder` and
+    /// `circular`). A passage adds to the path's depth.
+    Filter {
+        /// What it does to polarization.
+        element: FilterModel,
+        /// Multiplies what passes.
+        transmittance: TextureId,
+    },
     /// Nothing: a boundary between media. `counts` says whether passing it is a path vertex
     /// (Mitsuba's `null`) or not (pbrt's `interface`).
     Null {
         /// True if a passage adds to the path's depth.
         counts: bool,
     },
+}
+
+/// What a filter does to polarization; angles in degrees. Without polarization, polarizers pass
+/// half of the light and retarders all.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FilterModel {
+    /// Absorbs linear polarization along (sin θ, cos θ) of the surface's (u, v).
+    Linear {
+        /// θ.
+        theta: TextureId,
+    },
+    /// Retards the component that is perpendicular to the fast axis, (cos θ, sin θ) of the
+    /// surface's (u, v).
+    Retarder {
+        /// θ.
+        theta: TextureId,
+        /// By how much; 360 is a wavelength.
+        delta: TextureId,
+    },
+    /// Passes circular polarization of one handedness.
+    Circular {
+        /// True: left.
+        left_handed: bool,
+    },
+    /// Passes half of the light whatever its polarization.
+    Grey,
+}
+
+impl FilterModel {
+    /// True if it changes when it is turned about its normal.
+    pub fn is_oriented(&self) -> bool {
+        matches!(self, FilterModel::Linear { .. } | FilterModel::Retarder { .. })
+    }
 }
 
 /// Ward's variants.

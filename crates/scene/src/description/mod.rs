@@ -27,8 +27,8 @@ pub use grating::{GratingDesc, GratingProfileDesc};
 pub use hair::{FibreLayout, HairAbsorption, HairDesc};
 pub use light::{EnvironmentLayout, LightDesc, LightKind, SkyDesc, SpotFalloff};
 pub use material::{
-    CoatDesc, ConductorColor, Distribution, IorDesc, MaterialDesc, MaterialId, MaterialModel,
-    PrincipledDesc, RoughnessDesc, WardVariant,
+    CoatDesc, ConductorColor, Distribution, FilterModel, IorDesc, MaterialDesc, MaterialId,
+    MaterialModel, PrincipledDesc, RoughnessDesc, WardVariant,
 };
 pub use measured::{MeasuredBrdf, MeasuredChannels, SquareTable};
 pub use medium::{

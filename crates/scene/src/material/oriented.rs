@@ -22,6 +22,7 @@ pub(super) fn is_oriented(all: &[MaterialDesc], id: MaterialId, textures: &Textu
         | M::Phong { .. }
         | M::ThinDielectric { .. }
         | M::Null { .. } => false,
+        M::Filter { element, .. } => element.is_oriented(),
         M::Conductor { roughness, .. } | M::Dielectric { roughness, .. } => stretched(roughness),
         M::Plastic { roughness, .. } => roughness.as_ref().is_some_and(stretched),
         M::Principled(desc) => textures.constant(desc.anisotropic) != Some(0.0),

@@ -8,6 +8,7 @@ mod integrate;
 mod pack;
 mod params;
 mod plain;
+mod polarized;
 mod start;
 mod volume;
 mod walk;
@@ -16,6 +17,7 @@ mod wave;
 pub use integrate::{Integrator, PathSample};
 pub use params::{PathParams, parameters};
 
+use self::polarized::trace_polarized;
 use self::wave::{Wave, trace_alone};
 use crate::frame::Frame;
 use crate::lights;
@@ -24,6 +26,7 @@ use crate::method::{
 };
 use crate::workers::Workers;
 use kaustika_film::accumulate::PassImage;
+use kaustika_scene::bsdf::Bsdf;
 use kaustika_scene::{LightSelection, Scene};
 
 /// What the path tracer is.
@@ -82,6 +85,11 @@ impl Method for PathTracer {
         workers: &Workers,
     ) -> Result<(), RenderError> {
         // What is learned of surfaces says nothing of points in media.
+        if self.params.polarized && scene.has_media() {
+            let message = "polarized light is not followed through participating media: leave \
+                           out `-p polarized=true`";
+            return Err(RenderError::Failed(message.into()));
+        }
         if self.params.mis.samples_lights() && !scene.has_media() {
             self.lights = lights::learn(scene, frame, self.params.max_bounces(), workers);
         }
@@ -101,10 +109,16 @@ impl Method for PathTracer {
         let rows = rows(frame.size());
         // The vertices of paths through media have little in common: they go one by one.
         let alone = self.alone || scene.has_media();
-        let bands = workers.bands(out, rows, Wave::new, |wave, band| match alone {
-            true => trace_alone(&integrator, index, band),
-            false => wave.trace(&integrator, index, band),
-        })?;
+        let bands = if self.params.polarized {
+            workers.bands(out, rows, Bsdf::default, |bsdf, band| {
+                trace_polarized(&integrator, index, bsdf, band)
+            })
+        } else {
+            workers.bands(out, rows, Wave::new, |wave, band| match alone {
+                true => trace_alone(&integrator, index, band),
+                false => wave.trace(&integrator, index, band),
+            })
+        }?;
         let mut stats = PassStats::default();
         bands.into_iter().for_each(|s| stats += s);
         Ok(Commit { kind: CommitKind::Average, stats })

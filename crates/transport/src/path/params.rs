@@ -28,6 +28,8 @@ pub struct PathParams {
     /// series; -1 all.
     #[serde(deserialize_with = "crate::registry::bounces")]
     pub only_depth: i64,
+    /// True: light's polarization is tracked.
+    pub polarized: bool,
 }
 
 impl Default for PathParams {
@@ -40,6 +42,7 @@ impl Default for PathParams {
             mis: MisHeuristic::default(),
             hide_emitters: false,
             only_depth: -1,
+            polarized: false,
         }
     }
 }
@@ -100,6 +103,11 @@ pub fn parameters() -> Vec<Parameter> {
             "only_depth",
             d.only_depth.to_string(),
             "only paths of exactly this many bounces; -1 all",
+        ),
+        p(
+            "polarized",
+            d.polarized.to_string(),
+            "light's polarization is tracked: layers S0 to S3 (Stokes vectors) and DoP",
         ),
     ]
 }

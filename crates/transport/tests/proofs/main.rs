@@ -18,6 +18,7 @@ mod meters;
 mod mis;
 mod motion;
 mod placing;
+mod polarized;
 mod refraction;
 mod roulette;
 mod samplers;

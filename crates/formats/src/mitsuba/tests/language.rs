@@ -228,6 +228,10 @@ fn integrators_and_their_depths() {
     );
     assert_eq!((inner.integrator.name.as_str(), inner.integrator.max_depth), ("volpath", Some(1)));
     assert_eq!(inner.cameras[0].film.aovs, ["depth", "sh_normal"]);
+    let stokes = of(r#"<integrator type="stokes"><integrator type="path">
+        <integer name="max_depth" value="4"/></integrator></integrator>"#);
+    assert_eq!((stokes.name.as_str(), stokes.max_depth, stokes.polarized), ("path", Some(3), true));
+    assert!(!inner.integrator.polarized);
     let strict = scene06(
         r#"<integrator type="path"><boolean name="strictNormals" value="true"/></integrator>"#,
     );

@@ -377,3 +377,31 @@ fn gratings_and_their_faults() {
         ]
     );
 }
+
+#[test]
+fn polarizing_filters() {
+    let (d, m) = model(r#"<bsdf type="polarizer"><spectrum name="theta" value="90"/></bsdf>"#);
+    let MaterialModel::Filter { element: FilterModel::Linear { theta }, transmittance } = m else {
+        panic!("{m:?}")
+    };
+    assert_eq!((float(&d, theta), float(&d, transmittance)), (90.0, 1.0));
+    let (d, m) = model(
+        r#"<bsdf type="retarder"><float name="theta" value="20"/>
+        <float name="transmittance" value="0.25"/></bsdf>"#,
+    );
+    let MaterialModel::Filter { element: FilterModel::Retarder { theta, delta }, transmittance } =
+        m
+    else {
+        panic!("{m:?}")
+    };
+    assert_eq!((float(&d, theta), float(&d, delta)), (20.0, 90.0));
+    assert_eq!(float(&d, transmittance), 0.25);
+    let element = |xml| match model(xml).1 {
+        MaterialModel::Filter { element, .. } => element,
+        other => panic!("{other:?}"),
+    };
+    let left = r#"<bsdf type="circular"><boolean name="left_handed" value="true"/></bsdf>"#;
+    assert_eq!(element(left), FilterModel::Circular { left_handed: true });
+    let grey = r#"<bsdf type="polarizer"><boolean name="polarizing" value="false"/></bsdf>"#;
+    assert_eq!(element(grey), FilterModel::Grey);
+}

@@ -76,6 +76,7 @@ fn choices() -> Vec<Case> {
         wrong("choice-depth-negative", "-p max_depth=-5"),
         wrong("choice-depth-absurd", "-p only_depth=99999999999"),
         wrong("choice-parameter-not-a-truth", "-p hide_emitters=perhaps"),
+        wrong("choice-layer-of-polarized-light", "--aov depth,stokes"),
         wrong("choice-parameter-fractional", "-p max_depth=2.5"),
         wrong("choice-unknown-camera", "--camera front"),
         wrong("choice-passes-beyond-spp", "--spp 4 --passes 2..6"),
