@@ -174,6 +174,6 @@ fn faults() {
     );
     assert_eq!(
         messages,
-        ["error 3:31 can't read the volume `a.xml`: not a volume: it does not begin with `VOL`",]
+        ["error 3:32 can't read the volume `a.xml`: not a volume: it does not begin with `VOL`",]
     );
 }
