@@ -144,11 +144,14 @@ mod tests {
                 (kaustika_math::mix_bits(16 * i + k) >> 40) as f32 / (1 << 24) as f32 - 0.5
             };
             let o = whole.center() + Vec3::new(unit(1), unit(2), unit(3)) * 6.0;
-            // Some along an axis.
+            let size = whole.diagonal();
+            let inside =
+                whole.center() + Vec3::new(size.x * unit(4), size.y * unit(5), size.z * unit(6));
+            // Some along an axis, the others toward a point of the box.
             let d = match i % 10 {
                 0 => Vec3::X,
                 1 => -Vec3::Z,
-                _ => Vec3::new(unit(4), unit(5), unit(6)).normalize(),
+                _ => (inside - o).normalize(),
             };
             let ray = Ray::new(o, d);
             let Some((t0, t1)) = whole.intersect(o, d, 100.0) else { continue };
