@@ -54,7 +54,8 @@ mod tests {
         for (p, t0, t1) in [
             (Vec3::new(0.3, 1.0, 1.0), 0.0, 4.0),
             (Vec3::new(-2.0, 0.0, 0.0), 0.5, 1.5),
-            (Vec3::new(0.1, 0.2, 0.3), 0.25, 3.0),
+            // On the ray.
+            (Vec3::new(0.1, 0.8, 1.1), 0.25, 3.0),
             (Vec3::new(0.3, 1.0, 1.0), 0.0, f32::INFINITY),
         ] {
             let e = Equiangular::new(&ray, p, t0, t1).expect("it has an extent");
@@ -73,6 +74,8 @@ mod tests {
                     assert!((sum - u as f64).abs() < 1e-3, "{p:?}: {sum} at {u}");
                 }
             }
+            let beside = Equiangular::new(&ray, ray.o, 0.25, 3.0);
+            assert!(beside.is_none(), "a lamp where the ray begins, and not on this part");
         }
     }
 }
