@@ -2,7 +2,7 @@
 //! depends on polarization.
 
 use crate::scenes::*;
-use crate::stats::{agrees, close, same};
+use crate::stats::{agrees, close};
 use kaustika_film::FilterDesc;
 use kaustika_film::accumulate::{Feature, Layers, PassImage};
 use kaustika_math::{Transform, Vec3};
@@ -237,43 +237,44 @@ fn room() -> Stage {
     stage
 }
 
-/// The mean over all pixels of S₀, by the method, and of the colour.
-fn pictures(stage: &Stage, p: Value, spp: u64) -> (RunningMean, PassImage) {
+/// Passes by the method.
+fn passes(stage: &Stage, p: Value, count: u64) -> Vec<PassImage> {
     let (scene, resolution) = (stage.build(), stage.resolution());
-    let config = SamplerConfig { kind: SamplerKind::Independent, seed: 5, spp, resolution };
+    let kind = SamplerKind::Independent;
+    let config = SamplerConfig { kind, seed: 5, spp: count, resolution };
     let mut frame = Frame::new(resolution, FilterDesc::BOX, config);
     frame.layers = Layers::new(&[Feature::Stokes, Feature::Depth]);
-    let mut method = PathTracer::new(params(p));
+    let mut method = PathTracer::new(params(p)).alone();
     let workers = Workers::new(2, Arc::new(AtomicBool::new(false))).expect("threads");
     method.prepare(&scene, &frame, &workers).expect("prepared");
-    let mut mean = RunningMean::new();
-    let mut last = None;
-    for index in 0..spp {
+    let pass = |index| {
         let mut image = PassImage::new(resolution[0], resolution[1], frame.layers.clone());
         method.pass(index, &scene, &frame, &mut image, &workers).expect("a pass");
-        let stride = frame.layers.stride();
-        let pixels = image.data().chunks(stride);
-        let sum: f64 = pixels.map(|p| f64::from(p[0] + p[1] + p[2])).sum();
-        mean.push(sum / f64::from(3 * resolution[0] * resolution[1]));
-        last = Some(image);
-    }
-    (mean, last.expect("a pass"))
+        image
+    };
+    (0..count).map(pass).collect()
 }
 
-/// With one bounce nothing depends on polarization: S₀ is the unpolarized picture.
+/// With one bounce nothing depends on polarization: S₀ is the unpolarized picture, sample by
+/// sample but for rounding, on which decisions of a few samples may hang.
 #[test]
 fn s0_of_one_bounce_is_the_unpolarized_picture() {
     let stage = room();
     for mis in ["power", "light", "bsdf"] {
         let p = |polarized: bool| json!({"max_depth": 1, "mis": mis, "polarized": polarized});
-        let (polarized, image) = pictures(&stage, p(true), 400);
-        same(mis, &polarized, &pictures(&stage, p(false), 400).0);
-        let stride = image.layers().stride();
-        let offset = image.layers().offset(Feature::Stokes).expect("kept");
-        for pixel in image.data().chunks(stride) {
-            assert_eq!(pixel[0..3], pixel[offset..offset + 3], "S₀ is the colour");
-            assert!(pixel[4] > 0.0 || pixel[0] > 0.0, "other features are kept too");
+        let (mut differ, mut lit) = (0, 0);
+        for (with, without) in passes(&stage, p(true), 40).iter().zip(passes(&stage, p(false), 40))
+        {
+            let stride = with.layers().stride();
+            let offset = with.layers().offset(Feature::Stokes).expect("kept");
+            for (a, b) in with.data().chunks(stride).zip(without.data().chunks(stride)) {
+                differ += usize::from((a[0] - b[0]).abs() > 1e-3 * b[0].max(1e-3));
+                lit += usize::from(b[0] > 0.0);
+                assert_eq!(a[0..3], a[offset..offset + 3], "S₀ is the colour");
+                assert_eq!(a[4], b[4], "other features are kept too");
+            }
         }
+        assert!(differ <= 2 && lit > 500, "{mis}: {differ} of {lit} differ");
     }
 }
 
