@@ -4,6 +4,7 @@
 #[cfg(unix)]
 mod broken;
 mod commands;
+mod corpus;
 mod errors;
 mod kit;
 mod shares;
