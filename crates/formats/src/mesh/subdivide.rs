@@ -18,8 +18,8 @@ use kaustika_scene::description::TriMesh;
 use std::collections::HashMap;
 use std::f32::consts::PI;
 
-/// More triangles than this are not made.
-const MOST_TRIANGLES: usize = 1 << 27;
+/// More triangles than this are not made: they take some seconds and a gigabyte or two.
+const MOST_TRIANGLES: usize = 1 << 24;
 
 /// The neighbours of a vertex.
 struct Ring {

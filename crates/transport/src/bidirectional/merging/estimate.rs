@@ -153,6 +153,8 @@ impl<'a> Estimator<'a> {
         room: &mut Room<'a>,
         stats: &mut PassStats,
     ) -> Option<LightEnd> {
+        room.light.clear();
+        room.of_light.clear();
         let mut root = self.frame.sampler.start(pixel, self.index);
         let mut sampler = root.fork(LIGHT_BRANCH);
         let (end, start) =
@@ -229,7 +231,7 @@ impl<'a> Estimator<'a> {
             if mode.merges() {
                 self.merge(i, z, c, photons, &mut |l, lambda| add(l, lambda, stats));
             }
-            if end.is_none() {
+            if !mode.connects() {
                 continue;
             }
             if let Some(l) = self.next_event(i, z, c, stats) {
