@@ -258,15 +258,12 @@ fn connections_of_both_weightings_are_the_same_samples() {
     let glass = stage.glass(1.5, 0.0);
     stage.shape(sphere(0.25), at(0.45, -0.2, 0.26), glass);
     lamp(&mut stage);
-    // A sky that is dark on one side: some light paths begin with nothing, eye paths go on.
-    let kind = LightKind::Image {
-        bitmap: bitmap(16, 8, |x, _| if x < 0.5 { [0.0; 3] } else { [0.4; 3] }),
-        space: kaustika_spectra::ColorSpace::Srgb,
-        layout: EnvironmentLayout::LatLong,
-        scale: 1.0,
-        illuminance: None,
-    };
-    stage.light(kind, HERE);
+    stage.sky(0.2);
+    // A lamp that is black on one side: some light paths begin with nothing, eye paths go on.
+    let dark = bitmap(8, 8, |x, _| if x < 0.5 { [0.0; 3] } else { [8.0; 3] });
+    let picture = texture(&mut stage, dark, BitmapFilter::Nearest);
+    let emission = stage.d.shapes.last_mut().and_then(|s| s.emission.as_mut());
+    emission.expect("the lamp").radiance = picture;
     let scene = stage.build();
     for mis in ["balance", "power"] {
         let p = |extra: (&str, &str)| json!({"max_depth": 5, "mis": mis, extra.0: extra.1});
