@@ -48,6 +48,9 @@ pub struct Scene {
     pub media: Vec<Medium>,
     /// The medium that the camera stands in.
     pub camera_medium: Option<MediumId>,
+    /// The medium that each light stands in, where no boundary of its own says it; empty if there
+    /// are no media.
+    pub light_media: Vec<Option<MediumId>>,
     /// Lights.
     pub lights: Vec<Light>,
     /// The lights that surround the scene.

@@ -99,7 +99,7 @@ impl<'a> Session<'a> {
             let info = self.method.info();
             if self.scene.has_media() && !info.media {
                 let message = format!(
-                    "method `{}` knows no participating media, which this scene has: use `path`",
+                    "method `{}` knows no participating media, which this scene has: use `path` or `bdpt`",
                     info.name
                 );
                 return Err(RenderError::Failed(message));

@@ -19,11 +19,10 @@ use crate::frame::Frame;
 use crate::method::PassStats;
 use crate::path_space::{
     self, CameraEnd, Departure, LightEnd, Splat, Start, Subpath, Vertex, Walker,
-    solid_angle_to_area,
 };
 use kaustika_film::accumulate::PixelRecord;
 use kaustika_math::{Vec2, Vec3};
-use kaustika_scene::bsdf::{Lobes, Mode};
+use kaustika_scene::bsdf::Mode;
 use kaustika_scene::{LightId, LightSelection, Scene, Segment};
 use kaustika_spectra::{Spectrum, Wavelengths};
 
@@ -51,13 +50,22 @@ pub(super) struct Bidirectional<'a> {
 
 /// How the two sides of a path are joined, seen from the joint: densities per solid angle (on
 /// to the other side, back on its own) at the last vertices.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 struct Join {
     at_light: (f64, f64),
     at_eye: (f64, f64),
     /// Whether the last vertices scatter by Dirac lobes: only where nothing is joined.
     light_delta: bool,
     eye_delta: bool,
+    /// That nothing happens on the way between them, as [`Vertex::passing`].
+    passing: f64,
+}
+
+impl Default for Join {
+    fn default() -> Join {
+        let none = (0.0, 0.0);
+        Join { at_light: none, at_eye: none, light_delta: false, eye_delta: false, passing: 1.0 }
+    }
 }
 
 impl<'a> Bidirectional<'a> {
@@ -80,8 +88,8 @@ impl<'a> Bidirectional<'a> {
             only_depth: u32::try_from(params.only_depth).ok(),
             splat_scale: (1.0 / light_paths) as f32,
             light_paths: light_paths / pixels(frame.resolution),
-            light: Vec::new(),
-            eye: Vec::new(),
+            light: Subpath::default(),
+            eye: Subpath::default(),
             links: Vec::new(),
             densities: Vec::new(),
         }
@@ -126,6 +134,7 @@ impl<'a> Bidirectional<'a> {
             beta: Spectrum::ONE,
             lambda,
             departure: camera_end.departure,
+            medium: scene.camera_medium,
             footprint: camera.width * scene.footprint_scale,
             spread: camera.spread * scene.footprint_scale,
         };
@@ -159,6 +168,9 @@ impl<'a> Bidirectional<'a> {
         };
         let (eye, light) = (&*eye, &*light);
         let mut record = PixelRecord::default();
+        for glow in eye.glows.iter().filter(|g| self.wanted(0, g.depth + 2)) {
+            add(glow.value, &glow.lambda, stats);
+        }
         for (i, z) in eye.iter().enumerate() {
             if let (0, true) = (i, features) {
                 describe(scene, &z.surface, &z.bsdf, z.wo, &z.lambda, &mut record);
@@ -166,9 +178,10 @@ impl<'a> Bidirectional<'a> {
             if let Some(id) = z.surface.light {
                 let le = scene.light(id).le(scene, &z.surface, z.wo, &z.lambda);
                 let found = (id, z.surface.p, z.surface.ng, z.wo);
-                add(z.beta * le * self.found(&eye[..i], &camera_end, found, le), &z.lambda, stats);
+                let w = self.found((&eye[..i], z.passing), &camera_end, found, le);
+                add(z.beta * le * w, &z.lambda, stats);
             }
-            if !z.bsdf.lobes().has(Lobes::SMOOTH) {
+            if !z.connects() {
                 continue;
             }
             if let Some(l) = self.next_event(&eye[..=i], &camera_end, stats) {
@@ -186,7 +199,7 @@ impl<'a> Bidirectional<'a> {
             for &id in &scene.environments {
                 let le = scene.light(id).escaped(escape.o, escape.d, &escape.lambda).le;
                 let found = (id, Vec3::ZERO, Vec3::ZERO, -escape.d);
-                let w = self.found(eye, &camera_end, found, le);
+                let w = self.found((eye, escape.passing), &camera_end, found, le);
                 add(escape.beta * le * w, &escape.lambda, stats);
             }
         }
@@ -212,7 +225,7 @@ impl<'a> Bidirectional<'a> {
     /// w of (2): the eye's subpath, which met `eye`, found a light.
     fn found(
         &mut self,
-        eye: &[Vertex],
+        (eye, passing): (&[Vertex], f64),
         camera: &CameraEnd,
         (id, p, n, w): (LightId, Vec3, Vec3, Vec3),
         le: Spectrum,
@@ -224,7 +237,7 @@ impl<'a> Bidirectional<'a> {
         let Some(last) = eye.last() else { return 1.0 };
         let end = LightEnd::new(self.scene, self.emission, id, p, n, w);
         let at_eye = (last.pdf, last.pdf_rev);
-        let join = Join { at_eye, eye_delta: last.delta, ..Join::default() };
+        let join = Join { at_eye, eye_delta: last.delta, passing, ..Join::default() };
         self.weight(0, (&[], eye), &end, camera, &join)
     }
 
@@ -238,10 +251,14 @@ impl<'a> Bidirectional<'a> {
         if !self.wanted(1, eye.len() + 1) {
             return None;
         }
-        let c = eye.last()?.next_event(self.scene, self.lights, self.emission)?;
-        let join = Join { at_eye: c.pdf, ..Join::default() };
-        let w = self.weight(1, (&[], eye), &c.end, camera, &join);
-        self.open(&c.segment, w, stats).then(|| c.value * w)
+        let z = eye.last()?;
+        let c = z.next_event(self.scene, self.lights, self.emission)?;
+        let far = c.end.infinite;
+        let l = self.close(z, &c.segment, far, &z.lambda, stats, |this, passing| {
+            let join = Join { at_eye: c.pdf, passing, ..Join::default() };
+            this.weight(1, (&[], eye), &c.end, camera, &join)
+        })?;
+        Some(c.value * l)
     }
 
     /// (4), weighted.
@@ -254,22 +271,37 @@ impl<'a> Bidirectional<'a> {
     ) -> Option<(Spectrum, Wavelengths)> {
         let s = light.len() + 1;
         let (y, z) = (light.last()?, eye.last()?);
-        if !self.wanted(s, eye.len() + 1) || !y.bsdf.lobes().has(Lobes::SMOOTH) {
+        if !self.wanted(s, eye.len() + 1) || !y.connects() {
             return None;
         }
         let c = path_space::join(y, z)?;
-        let join = Join { at_light: c.pdf, at_eye: c.end.pdf_eye, ..Join::default() };
-        let w = self.weight(s, (light, eye), end, camera, &join);
-        self.open(&c.segment, w, stats).then(|| (c.value * w, c.end.lambda))
+        let l = self.close(z, &c.segment, false, &c.end.lambda, stats, |this, passing| {
+            let (at_light, at_eye) = (c.pdf, c.end.pdf_eye);
+            let join = Join { at_light, at_eye, passing, ..Join::default() };
+            this.weight(s, (light, eye), end, camera, &join)
+        })?;
+        Some((c.value * l, c.end.lambda))
     }
 
-    /// True if a contribution of weight `w` is not hidden.
-    fn open(&self, segment: &Segment, w: f32, stats: &mut PassStats) -> bool {
-        if w <= 0.0 {
-            return false;
+    /// What passes of a contribution along `segment`, which begins at `from`, times its weight.
+    fn close(
+        &mut self,
+        from: &Vertex,
+        segment: &Segment,
+        far: bool,
+        lambda: &Wavelengths,
+        stats: &mut PassStats,
+        weight: impl FnOnce(&mut Self, f64) -> f32,
+    ) -> Option<Spectrum> {
+        let scene = self.scene;
+        let mut passage = || path_space::passage(scene, from, segment, far, lambda, stats);
+        // Only in media does the weight depend on the way.
+        if scene.has_media() {
+            let passage = passage()?;
+            return Some(passage.value * weight(self, passage.passing));
         }
-        stats.shadow_rays += 1;
-        !self.scene.occluded(segment)
+        let w = weight(self, 1.0);
+        (w > 0.0 && passage().is_some()).then(|| Spectrum::splat(w))
     }
 
     /// (5) and (6), weighted.
@@ -283,13 +315,15 @@ impl<'a> Bidirectional<'a> {
         let Some(y) = light.last() else { return };
         let s = light.len() + 1;
         if self.wanted(s, 1)
-            && y.bsdf.lobes().has(Lobes::SMOOTH)
+            && y.connects()
             && let Some(c) = path_space::to_lens(self.scene, y)
         {
-            let join = Join { at_light: c.pdf, ..Join::default() };
-            let w = self.weight(s, (light, &[]), end, &c.end.camera, &join);
-            if self.open(&c.segment, w, stats) {
-                self.splat(c.value * w, c.end.film, &y.lambda, splats, stats);
+            let l = self.close(y, &c.segment, false, &y.lambda, stats, |this, passing| {
+                let join = Join { at_light: c.pdf, passing, ..Join::default() };
+                this.weight(s, (light, &[]), end, &c.end.camera, &join)
+            });
+            if let Some(l) = l {
+                self.splat(c.value * l, c.end.film, &y.lambda, splats, stats);
             }
         }
         if y.onward.is_some() && self.wanted(s + 1, 0) {
@@ -310,12 +344,14 @@ impl<'a> Bidirectional<'a> {
         let Some(hit) = scene.camera.meet_lens(&ray) else { return };
         let back = kaustika_math::Ray { o: hit.p, d: -ray.d, time: ray.time };
         let camera = CameraEnd::new(scene, &back);
-        let at_light = (y.pdf, y.pdf_rev);
-        let join = Join { at_light, light_delta: y.delta, ..Join::default() };
-        let w = self.weight(light.len() + 2, (light, &[]), end, &camera, &join);
         let segment = Segment { ray, t_max: (hit.p_near - ray.o).length() };
-        if self.open(&segment, w, stats) {
-            self.splat(beta * (hit.we * w), hit.film, &y.lambda, splats, stats);
+        let l = self.close(y, &segment, false, &y.lambda, stats, |this, passing| {
+            let at_light = (y.pdf, y.pdf_rev);
+            let join = Join { at_light, light_delta: y.delta, passing, ..Join::default() };
+            this.weight(light.len() + 2, (light, &[]), end, &camera, &join)
+        });
+        if let Some(l) = l {
+            self.splat(beta * hit.we * l, hit.film, &y.lambda, splats, stats);
         }
     }
 
@@ -354,22 +390,23 @@ impl<'a> Bidirectional<'a> {
             true => at_join,
             false => path[i].pdf_rev,
         };
-        let g = |from: &Vertex, to: &Vertex| {
-            solid_angle_to_area(from.surface.p, to.surface.p, to.surface.ng)
-        };
-        let arrival = |d: &Departure, v: &Vertex| d.density(v.surface.p, v.surface.ng);
+        // To a vertex over the segment of `way`.
+        let g = |from: &Vertex, to: &Vertex, way: f64| to.arriving_from(from.surface.p) * way;
+        let arrival = |d: &Departure, v: &Vertex| d.density(v) * join.passing;
+        let first = light.first().map_or(join.passing, |y| y.passing);
+        let last_way = eye.first().map_or(join.passing, |z| z.passing);
 
         self.links.clear();
         let to_light = match a {
             0 => join.at_eye.0,
             _ => back(light, 0, join.at_light.1),
         };
-        let eye_0 = to_light * end.area(x1.surface.p);
+        let eye_0 = to_light * end.area(x1.surface.p) * first;
         self.links.push(Link { light: end.emission, eye: eye_0, delta: false });
         for (i, y) in light.iter().enumerate() {
             let from_eye = match (light.get(i + 1), eye.last()) {
-                (Some(next), _) => back(light, i + 1, join.at_light.1) * g(next, y),
-                (None, Some(z)) => join.at_eye.0 * g(z, y),
+                (Some(next), _) => back(light, i + 1, join.at_light.1) * g(next, y, next.passing),
+                (None, Some(z)) => join.at_eye.0 * g(z, y, join.passing),
                 (None, None) => arrival(&camera.departure, y),
             };
             let delta = if i + 1 == a { join.light_delta } else { y.delta };
@@ -377,8 +414,8 @@ impl<'a> Bidirectional<'a> {
         }
         for (i, z) in eye.iter().enumerate().rev() {
             let from_light = match (eye.get(i + 1), light.last()) {
-                (Some(next), _) => back(eye, i + 1, join.at_eye.1) * g(next, z),
-                (None, Some(y)) => join.at_light.0 * g(y, z),
+                (Some(next), _) => back(eye, i + 1, join.at_eye.1) * g(next, z, next.passing),
+                (None, Some(y)) => join.at_light.0 * g(y, z, join.passing),
                 (None, None) => arrival(&end.departure, z),
             };
             let delta = if i + 1 == b { join.eye_delta } else { z.delta };
@@ -389,7 +426,7 @@ impl<'a> Bidirectional<'a> {
             (None, Some(y)) => (y, join.at_light.0),
             (None, None) => return 1.0,
         };
-        let lens_light = to_lens * camera.area(last.surface.p);
+        let lens_light = to_lens * camera.area(last.surface.p) * last_way;
         self.links.push(Link { light: lens_light, eye: camera.lens, delta: false });
 
         let joint = Joint {

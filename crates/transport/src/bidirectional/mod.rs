@@ -34,7 +34,7 @@ pub static INFO: MethodInfo = MethodInfo {
     summary: "bidirectional path tracing with all strategies combined by multiple importance sampling",
     path_class: "L(D|S)*E",
     bias: Bias::Unbiased,
-    media: false,
+    media: true,
     schedule: Schedule::Stateless,
     one_spp: "one camera path and one light path a pixel, all connections",
     source: "Veach & Guibas 1994; Veach 1997, ch. 10",

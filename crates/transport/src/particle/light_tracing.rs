@@ -26,7 +26,7 @@ use crate::workers::Workers;
 use kaustika_film::accumulate::{PassImage, PixelRecord};
 use kaustika_math::Vec2;
 use kaustika_sampling::Sampler;
-use kaustika_scene::bsdf::{Lobes, Mode};
+use kaustika_scene::bsdf::Mode;
 use kaustika_scene::{LightSelection, Scene, Segment};
 use kaustika_spectra::{Spectrum, Wavelengths};
 use serde::Deserialize;
@@ -37,7 +37,7 @@ pub static INFO: MethodInfo = MethodInfo {
     summary: "light tracing: paths from the lights, every vertex connected to the lens",
     path_class: "L(D|S)*DE",
     bias: Bias::Unbiased,
-    media: false,
+    media: true,
     schedule: Schedule::Stateless,
     one_spp: "one light path for each pixel",
     source: "Arvo 1986; Dutré, Lafortune & Willems 1993; Veach 1997, sec. 10.3",
@@ -155,21 +155,22 @@ impl Method for LightTracer {
     ) -> Result<Commit, RenderError> {
         let rows = CHUNK.div_ceil(out.width()).max(1);
         let tracer = Tracer::new(scene, frame, &self.params, &self.emission);
-        let bands = splat_bands(workers, frame, out, rows, Vec::new, |path, band, splats| {
-            let mut stats = PassStats::default();
-            for y in 0..band.height() {
-                for x in 0..band.width() {
-                    let pixel = [frame.region[0] + x, frame.region[1] + band.y + y];
-                    tracer.sample(pixel, index, path, splats, &mut stats);
-                    let record = match band.wants_features() {
-                        true => tracer.features(pixel, index),
-                        false => PixelRecord::default(),
-                    };
-                    band.add(x, y, &PixelRecord { weight: 1.0, ..record });
+        let bands =
+            splat_bands(workers, frame, out, rows, Subpath::default, |path, band, splats| {
+                let mut stats = PassStats::default();
+                for y in 0..band.height() {
+                    for x in 0..band.width() {
+                        let pixel = [frame.region[0] + x, frame.region[1] + band.y + y];
+                        tracer.sample(pixel, index, path, splats, &mut stats);
+                        let record = match band.wants_features() {
+                            true => tracer.features(pixel, index),
+                            false => PixelRecord::default(),
+                        };
+                        band.add(x, y, &PixelRecord { weight: 1.0, ..record });
+                    }
                 }
-            }
-            stats
-        })?;
+                stats
+            })?;
         let mut stats = PassStats::default();
         bands.into_iter().for_each(|s| stats += s);
         Ok(Commit { kind: CommitKind::Average, stats })
@@ -247,13 +248,13 @@ impl<'a> Tracer<'a> {
 
     /// (1)
     fn to_lens(&self, y: &Vertex, splats: &mut Vec<Splat>, stats: &mut PassStats) {
-        if !y.bsdf.lobes().has(Lobes::SMOOTH) {
+        if !y.connects() {
             return;
         }
         let Some(c) = path_space::to_lens(self.scene, y) else { return };
-        stats.shadow_rays += 1;
-        if !self.scene.occluded(&c.segment) {
-            self.splat(c.value, c.end.film, &y.lambda, splats, stats);
+        let passage = path_space::passage(self.scene, y, &c.segment, false, &y.lambda, stats);
+        if let Some(passage) = passage {
+            self.splat(c.value * passage.value, c.end.film, &y.lambda, splats, stats);
         }
     }
 
@@ -261,10 +262,10 @@ impl<'a> Tracer<'a> {
     fn at_lens(&self, y: &Vertex, splats: &mut Vec<Splat>, stats: &mut PassStats) {
         let Some((ray, beta)) = y.onward else { return };
         let Some(hit) = self.scene.camera.meet_lens(&ray) else { return };
-        stats.shadow_rays += 1;
         let segment = Segment { ray, t_max: (hit.p_near - ray.o).length() };
-        if !self.scene.occluded(&segment) {
-            self.splat(beta * hit.we, hit.film, &y.lambda, splats, stats);
+        if let Some(passage) = path_space::passage(self.scene, y, &segment, false, &y.lambda, stats)
+        {
+            self.splat(beta * passage.value * hit.we, hit.film, &y.lambda, splats, stats);
         }
     }
 

@@ -6,6 +6,7 @@
 
 mod adjoint;
 mod bidirectional;
+mod bidirectional_media;
 mod cameras;
 mod furnace;
 mod hair;

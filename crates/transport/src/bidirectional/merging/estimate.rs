@@ -16,7 +16,7 @@ use crate::features::describe;
 use crate::frame::Frame;
 use crate::method::{PassStats, RenderError};
 use crate::path_space::{
-    self, CameraEnd, LightEnd, Splat, Start, Subpath, Vertex, Walker, solid_angle_to_area,
+    self, CameraEnd, LightEnd, Passage, Splat, Start, Subpath, Vertex, Walker,
 };
 use crate::workers::Workers;
 use kaustika_film::accumulate::PixelRecord;
@@ -189,6 +189,7 @@ impl<'a> Estimator<'a> {
             beta: Spectrum::ONE,
             lambda: self.lambda,
             departure: camera_end.departure,
+            medium: scene.camera_medium,
             footprint: camera.width * scene.footprint_scale,
             spread: camera.spread * scene.footprint_scale,
         };
@@ -215,6 +216,9 @@ impl<'a> Estimator<'a> {
             }
         };
         let mut record = PixelRecord::default();
+        for glow in room.eye.glows.iter().filter(|g| self.counts(g.depth)) {
+            add(glow.value, &glow.lambda, stats);
+        }
         for (i, (z, c)) in room.eye.iter().zip(&room.of_eye).enumerate() {
             if let (0, true) = (i, features) {
                 describe(scene, &z.surface, &z.bsdf, z.wo, &z.lambda, &mut record);
@@ -222,13 +226,13 @@ impl<'a> Estimator<'a> {
             if let Some(id) = z.surface.light {
                 let le = scene.light(id).le(scene, &z.surface, z.wo, &z.lambda);
                 let found = (id, z.surface.p, z.surface.ng, z.wo);
-                let w = self.found(&room.eye[..i], &room.of_eye, found, le);
+                let w = self.found((&room.eye[..i], z.passing), &room.of_eye, found, le);
                 add(z.beta * le * w, &z.lambda, stats);
             }
-            if !z.bsdf.lobes().has(Lobes::SMOOTH) {
+            if !z.connects() {
                 continue;
             }
-            if mode.merges() {
+            if mode.merges() && z.inside.is_none() {
                 self.merge(i, z, c, photons, &mut |l, lambda| add(l, lambda, stats));
             }
             if !mode.connects() {
@@ -247,7 +251,7 @@ impl<'a> Estimator<'a> {
             for &id in &scene.environments {
                 let le = scene.light(id).escaped(escape.o, escape.d, &escape.lambda).le;
                 let found = (id, Vec3::ZERO, Vec3::ZERO, -escape.d);
-                let w = self.found(&room.eye, &room.of_eye, found, le);
+                let w = self.found((&room.eye, escape.passing), &room.of_eye, found, le);
                 add(escape.beta * le * w, &escape.lambda, stats);
             }
         }
@@ -267,7 +271,7 @@ impl<'a> Estimator<'a> {
     /// Weight of the light that an eye path found which had met `eye`.
     fn found(
         &self,
-        eye: &[Vertex],
+        (eye, passing): (&[Vertex], f64),
         carried: &[Carried],
         (id, p, n, w): (LightId, Vec3, Vec3, Vec3),
         le: Spectrum,
@@ -284,22 +288,17 @@ impl<'a> Estimator<'a> {
         }
         let (m, c) = (|x| self.weights.m(x), &carried[depth - 1]);
         let end = LightEnd::new(self.scene, self.emission, id, p, n, w);
-        let arrival = z.pdf * end.area(z.surface.p);
-        let emitted = m(end.emission / arrival) * m(self.departure(&end, z));
+        let arrival = z.pdf * end.area(z.surface.p) * passing;
+        let emitted = m(end.emission / arrival) * m(end.departure.density(z) * passing);
         let back = m(z.pdf_rev) * c.vc;
         let others = match z.delta {
             true => emitted * back,
             false => {
                 m(end.next_event(self.scene, self.lights, z) / arrival)
-                    + emitted * (self.weights.eta_m + c.vcm + back)
+                    + emitted * (self.weights.eta_m_at(z) + c.vcm + back)
             }
         };
         1.0 / (1.0 + others)
-    }
-
-    /// Density of x₁ by emission from x₀.
-    fn departure(&self, end: &LightEnd, x1: &Vertex) -> f64 {
-        end.departure.density(x1.surface.p, x1.surface.ng)
     }
 
     fn next_event(
@@ -314,14 +313,15 @@ impl<'a> Estimator<'a> {
         }
         let e = z.next_event(self.scene, self.lights, self.emission)?;
         let (weights, end) = (&self.weights, &e.end);
+        let passage = self.open(z, &e.segment, end.infinite, &z.lambda, stats)?;
         let chosen = end.next_event(self.scene, self.lights, z);
         let found = match end.hittable {
-            true => weights.m(e.pdf.0 * end.area(z.surface.p) / chosen),
+            true => weights.m(e.pdf.0 * end.area(z.surface.p) * passage.passing / chosen),
             false => 0.0,
         };
-        let emitted = end.emission * self.departure(end, z) / chosen;
-        let w = 1.0 / (1.0 + found + weights.side(c, emitted, e.pdf.1));
-        self.open(&e.segment, stats).then(|| e.value * w)
+        let emitted = end.emission * end.departure.density(z) * passage.passing / chosen;
+        let w = 1.0 / (1.0 + found + weights.side(z, c, emitted, e.pdf.1));
+        Some(e.value * passage.value * w)
     }
 
     fn join(
@@ -330,18 +330,17 @@ impl<'a> Estimator<'a> {
         (i, z, c_z): (usize, &Vertex, &Carried),
         stats: &mut PassStats,
     ) -> Option<(Spectrum, Wavelengths)> {
-        if !self.counts(i + j + 2) || !y.bsdf.lobes().has(Lobes::SMOOTH) {
+        if !self.counts(i + j + 2) || !y.connects() {
             return None;
         }
         let joined = path_space::join(y, z)?;
         let (pdf_y, pdf_z) = (joined.pdf, joined.end.pdf_eye);
-        let g = |from: &Vertex, to: &Vertex| {
-            solid_angle_to_area(from.surface.p, to.surface.p, to.surface.ng)
-        };
-        let light = self.weights.side(c_y, pdf_z.0 * g(z, y), pdf_y.1);
-        let eye = self.weights.side(c_z, pdf_y.0 * g(y, z), pdf_z.1);
+        let passage = self.open(z, &joined.segment, false, &joined.end.lambda, stats)?;
+        let g = |from: &Vertex, to: &Vertex| to.arriving_from(from.surface.p) * passage.passing;
+        let light = self.weights.side(y, c_y, pdf_z.0 * g(z, y), pdf_y.1);
+        let eye = self.weights.side(z, c_z, pdf_y.0 * g(y, z), pdf_z.1);
         let w = 1.0 / (1.0 + light + eye);
-        self.open(&joined.segment, stats).then(|| (joined.value * w, joined.end.lambda))
+        Some((joined.value * passage.value * w, joined.end.lambda))
     }
 
     fn connect_lens(
@@ -352,18 +351,17 @@ impl<'a> Estimator<'a> {
         splats: &mut Vec<Splat>,
         stats: &mut PassStats,
     ) {
-        if !self.counts(j + 1) || !y.bsdf.lobes().has(Lobes::SMOOTH) {
+        if !self.counts(j + 1) || !y.connects() {
             return;
         }
         let Some(l) = path_space::to_lens(self.scene, y) else { return };
+        let Some(passage) = self.open(y, &l.segment, false, &y.lambda, stats) else { return };
         let camera = &l.end.camera;
-        let seen = camera.lens * camera.departure.density(y.surface.p, y.surface.ng)
+        let seen = camera.lens * camera.departure.density(y) * passage.passing
             / (self.weights.light_paths * camera.connection);
-        let w = 1.0 / (1.0 + self.weights.side(c, seen, l.pdf.1));
-        if !self.open(&l.segment, stats) {
-            return;
-        }
-        let rgb = self.frame.sensor.rgb(l.value * (w / self.count), &y.lambda);
+        let w = 1.0 / (1.0 + self.weights.side(y, c, seen, l.pdf.1));
+        let value = l.value * passage.value * (w / self.count);
+        let rgb = self.frame.sensor.rgb(value, &y.lambda);
         match rgb.iter().all(|v| v.is_finite()) {
             true => splats.push(Splat { film: l.end.film, rgb: self.frame.clamp(rgb) }),
             false => stats.bad_samples += 1,
@@ -415,9 +413,16 @@ impl<'a> Estimator<'a> {
         }
     }
 
-    fn open(&self, segment: &Segment, stats: &mut PassStats) -> bool {
-        stats.shadow_rays += 1;
-        !self.scene.occluded(segment)
+    /// What passes along a connection's segment, which begins at `from`.
+    fn open(
+        &self,
+        from: &Vertex,
+        segment: &Segment,
+        far: bool,
+        lambda: &Wavelengths,
+        stats: &mut PassStats,
+    ) -> Option<Passage> {
+        path_space::passage(self.scene, from, segment, far, lambda, stats)
     }
 }
 
