@@ -37,6 +37,9 @@ pub struct Record {
     pub light_sampler: Option<String>,
     /// Feature layers by name.
     pub layers: Vec<String>,
+    /// Layers by path, as `NAME=EXPRESSION`.
+    #[serde(default)]
+    pub path_layers: Vec<String>,
     /// The camera's transform, row by row.
     pub world_to_camera: [[f32; 4]; 4],
 }
@@ -64,6 +67,7 @@ impl Record {
             ("crop", region(&self.region), region(&other.region)),
             ("light sampler", lights(self), lights(other)),
             ("layers", self.layers.join(","), other.layers.join(",")),
+            ("layers by path", self.path_layers.join(" "), other.path_layers.join(" ")),
         ];
         if let Some((name, here, there)) = pairs.iter().find(|(_, a, b)| a != b) {
             return Some(format!("another {name}: {here} here, {there} there"));
@@ -96,7 +100,9 @@ impl Record {
             ("kaustika.seed", self.seed.to_string()),
             ("kaustika.filter", self.filter.clone()),
         ];
-        for (key, value) in text {
+        let paths = self.path_layers.iter().filter_map(|layer| layer.split_once('='));
+        let paths = paths.map(|(name, text)| (format!("kaustika.layer.{name}"), text.to_owned()));
+        for (key, value) in text.map(|(k, v)| (k.to_owned(), v)).into_iter().chain(paths) {
             picture.set_meta(key, MetaValue::Text(value));
         }
         picture.set_meta("samplesPerPixel", MetaValue::Int(passes.min(i32::MAX as u64) as i32));

@@ -142,6 +142,7 @@ impl Scene {
             camera_medium: camera_desc.medium,
             light_media: Vec::new(),
             lights: gathered.lights,
+            light_names: description.lights.iter().map(|l| l.name.clone()).collect(),
             environments: Vec::new(),
             light_selection: LightSelection::default(),
             plains: Vec::new(),

@@ -1,7 +1,6 @@
 //! In which medium things are.
 
 use crate::description::MediumId;
-use crate::light::{AreaShape, Light};
 use crate::{LightId, Scene};
 use kaustika_math::{Ray, Vec2, Vec3};
 use kaustika_spectra::Wavelengths;
@@ -24,14 +23,7 @@ impl Scene {
 
     /// The media on both sides of the surface that emits, if it bounds any.
     fn boundary_of(&self, id: LightId) -> Option<[Option<MediumId>; 2]> {
-        let Light::Area(light) = self.light(id) else { return None };
-        let shape = match light.shape {
-            AreaShape::Triangle(i, _) => self.geometry.triangles.mesh(i).shape,
-            AreaShape::Quadric(i) | AreaShape::Sphere(i, ..) => {
-                self.geometry.quadrics[i as usize].shape
-            }
-        };
-        self.shapes[shape as usize].boundary
+        self.shape_of_light(id)?.boundary
     }
 
     /// For each light the medium around it: the one that `given` says; else the one behind the

@@ -1,6 +1,7 @@
 //! What all methods share of one picture: which pixels, which samples, how light is measured.
 
 use kaustika_film::accumulate::Layers;
+use kaustika_film::path_expression::PathClasses;
 use kaustika_film::{FilterDesc, FilterSampler};
 use kaustika_math::Vec2;
 use kaustika_sampling::{SamplerConfig, SamplerPlan};
@@ -25,6 +26,8 @@ pub struct Frame {
     pub max_component: Option<f32>,
     /// Values kept for each pixel.
     pub layers: Layers,
+    /// Which paths the layers by path show, if there are such.
+    pub paths: Option<PathClasses>,
 }
 
 /// A sample's place on the film.
@@ -48,7 +51,15 @@ impl Frame {
             sensor: Sensor::default(),
             max_component: None,
             layers: Layers::default(),
+            paths: None,
         }
+    }
+
+    /// Also keeps layers of these classes of paths.
+    pub fn keep_paths(&mut self, classes: PathClasses) {
+        let names = classes.layers().iter().map(|l| l.name.clone()).collect();
+        self.layers = std::mem::take(&mut self.layers).with_paths(names);
+        self.paths = Some(classes);
     }
 
     /// Width and height of the rendered region.

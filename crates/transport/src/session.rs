@@ -104,6 +104,14 @@ impl<'a> Session<'a> {
                 );
                 return Err(RenderError::Failed(message));
             }
+            if self.frame.paths.is_some() && !info.layers {
+                let message = format!(
+                    "method `{}` does not tell its paths apart: leave `--layer` out, or use \
+                     `path`, `light`, `bdpt` or `vcm`",
+                    info.name
+                );
+                return Err(RenderError::Failed(message));
+            }
             self.method.prepare(self.scene, self.frame, workers)?;
             self.is_prepared = true;
         }

@@ -101,10 +101,12 @@ impl FromStr for Feature {
     }
 }
 
-/// The layout of a pixel: r, g, b, the filter weight, then the features in order.
+/// The layout of a pixel: r, g, b, the filter weight, the features in order, then r, g, b of each
+/// layer by path.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Layers {
     features: Vec<Feature>,
+    paths: Vec<String>,
 }
 
 impl Layers {
@@ -113,7 +115,26 @@ impl Layers {
         let mut features = features.to_vec();
         features.sort();
         features.dedup();
-        Layers { features }
+        Layers { features, paths: Vec::new() }
+    }
+
+    /// And layers of some paths by name; see [`crate::path_expression`].
+    pub fn with_paths(self, names: Vec<String>) -> Layers {
+        Layers { paths: names, ..self }
+    }
+
+    /// Names of the layers by path.
+    pub fn paths(&self) -> &[String] {
+        &self.paths
+    }
+
+    /// Offset of the first number of layer by path `k` within a pixel.
+    pub fn path_offset(&self, k: usize) -> usize {
+        4 + self.feature_numbers() + 3 * k
+    }
+
+    fn feature_numbers(&self) -> usize {
+        self.features.iter().map(|f| f.channels().len()).sum()
     }
 
     /// The features.
@@ -121,9 +142,9 @@ impl Layers {
         &self.features
     }
 
-    /// Numbers a pixel: colour, weight and features.
+    /// Numbers a pixel: colour, weight, features and layers by path.
     pub fn stride(&self) -> usize {
-        4 + self.features.iter().map(|f| f.channels().len()).sum::<usize>()
+        4 + self.feature_numbers() + 3 * self.paths.len()
     }
 
     /// Offset of a feature's first number within a pixel.

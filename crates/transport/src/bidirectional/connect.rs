@@ -18,7 +18,8 @@ use crate::features::describe;
 use crate::frame::Frame;
 use crate::method::PassStats;
 use crate::path_space::{
-    self, CameraEnd, Departure, LightEnd, Splat, Start, Subpath, Vertex, Walker,
+    self, CameraEnd, Closing, Departure, LightEnd, Splat, Start, Subpath, Tracks, Vertex, Walker,
+    splat,
 };
 use kaustika_film::accumulate::PixelRecord;
 use kaustika_math::{Vec2, Vec3};
@@ -46,6 +47,8 @@ pub(super) struct Bidirectional<'a> {
     eye: Subpath<'a>,
     links: Vec<Link>,
     densities: Vec<f32>,
+    /// The classes of paths, if there are layers of them.
+    tracks: Option<Tracks<'a>>,
 }
 
 /// How the two sides of a path are joined, seen from the joint: densities per solid angle (on
@@ -92,6 +95,7 @@ impl<'a> Bidirectional<'a> {
             eye: Subpath::default(),
             links: Vec::new(),
             densities: Vec::new(),
+            tracks: frame.paths.as_ref().map(|classes| Tracks::new(classes, scene)),
         }
     }
 
@@ -108,6 +112,11 @@ impl<'a> Bidirectional<'a> {
         let record = self.pair(pixel, index, features, (&mut light, &mut eye), splats, stats);
         (self.light, self.eye) = (light, eye);
         record
+    }
+
+    /// What the layers by path got of the last sample.
+    pub(super) fn layers(&self) -> &[[f32; 3]] {
+        self.tracks.as_ref().map_or(&[], Tracks::found)
     }
 
     fn pair(
@@ -157,6 +166,13 @@ impl<'a> Bidirectional<'a> {
             walker.walk(start, most(0), &mut sampler, light, stats);
         }
 
+        if let Some(tracks) = &mut self.tracks {
+            tracks.follow_eye(eye);
+            if let Some((end, _)) = &emitted {
+                tracks.follow_light(light, end.light);
+            }
+        }
+
         // (1), the strategies that end in this pixel.
         let mut rgb = [0.0; 3];
         let mut add = |l: Spectrum, lambda: &Wavelengths, stats: &mut PassStats| {
@@ -168,8 +184,12 @@ impl<'a> Bidirectional<'a> {
         };
         let (eye, light) = (&*eye, &*light);
         let mut record = PixelRecord::default();
-        for glow in eye.glows.iter().filter(|g| self.wanted(0, g.depth + 2)) {
+        for glow in &eye.glows {
+            if !self.wanted(0, glow.depth + 2) {
+                continue;
+            }
             add(glow.value, &glow.lambda, stats);
+            self.sort(&Closing::Glow(glow.depth), glow.value, &glow.lambda);
         }
         for (i, z) in eye.iter().enumerate() {
             if let (0, true) = (i, features) {
@@ -179,7 +199,9 @@ impl<'a> Bidirectional<'a> {
                 let le = scene.light(id).le(scene, &z.surface, z.wo, &z.lambda);
                 let found = (id, z.surface.p, z.surface.ng, z.wo);
                 let w = self.found((&eye[..i], z.passing), &camera_end, found, le);
-                add(z.beta * le * w, &z.lambda, stats);
+                let l = z.beta * le * w;
+                add(l, &z.lambda, stats);
+                self.sort(&Closing::Found(i, id), l, &z.lambda);
             }
             if !z.connects() {
                 continue;
@@ -200,7 +222,9 @@ impl<'a> Bidirectional<'a> {
                 let le = scene.light(id).escaped(escape.o, escape.d, &escape.lambda).le;
                 let found = (id, Vec3::ZERO, Vec3::ZERO, -escape.d);
                 let w = self.found((eye, escape.passing), &camera_end, found, le);
-                add(escape.beta * le * w, &escape.lambda, stats);
+                let l = escape.beta * le * w;
+                add(l, &escape.lambda, stats);
+                self.sort(&Closing::Found(eye.len(), id), l, &escape.lambda);
             }
         }
 
@@ -258,7 +282,10 @@ impl<'a> Bidirectional<'a> {
             let join = Join { at_eye: c.pdf, passing, ..Join::default() };
             this.weight(1, (&[], eye), &c.end, camera, &join)
         })?;
-        Some(c.value * l)
+        let l = c.value * l;
+        let closing = Closing::NextEvent(eye.len() - 1, z, -c.end.w, c.end.light);
+        self.sort(&closing, l, &z.lambda);
+        Some(l)
     }
 
     /// (4), weighted.
@@ -280,7 +307,17 @@ impl<'a> Bidirectional<'a> {
             let join = Join { at_light, at_eye, passing, ..Join::default() };
             this.weight(s, (light, eye), end, camera, &join)
         })?;
-        Some((c.value * l, c.end.lambda))
+        let l = c.value * l;
+        let closing = Closing::Join((light.len() - 1, y), (eye.len() - 1, z));
+        self.sort(&closing, l, &c.end.lambda);
+        Some((l, c.end.lambda))
+    }
+
+    /// Adds to the layers by path.
+    fn sort(&mut self, closing: &Closing, value: Spectrum, lambda: &Wavelengths) {
+        if let Some(tracks) = &mut self.tracks {
+            tracks.add(closing, value, lambda, &self.frame.sensor);
+        }
     }
 
     /// What passes of a contribution along `segment`, which begins at `from`, times its weight.
@@ -323,7 +360,9 @@ impl<'a> Bidirectional<'a> {
                 this.weight(s, (light, &[]), end, &c.end.camera, &join)
             });
             if let Some(l) = l {
-                self.splat(c.value * l, c.end.film, &y.lambda, splats, stats);
+                let d = c.segment.ray.d.normalize();
+                let closing = Closing::ToLens(light.len() - 1, y, d);
+                self.splat(&closing, c.value * l, c.end.film, &y.lambda, splats, stats);
             }
         }
         if y.onward.is_some() && self.wanted(s + 1, 0) {
@@ -351,23 +390,22 @@ impl<'a> Bidirectional<'a> {
             this.weight(light.len() + 2, (light, &[]), end, &camera, &join)
         });
         if let Some(l) = l {
-            self.splat(beta * hit.we * l, hit.film, &y.lambda, splats, stats);
+            let closing = Closing::AtLens(light.len());
+            self.splat(&closing, beta * hit.we * l, hit.film, &y.lambda, splats, stats);
         }
     }
 
     fn splat(
         &self,
+        closing: &Closing,
         value: Spectrum,
         film: Vec2,
         lambda: &Wavelengths,
         splats: &mut Vec<Splat>,
         stats: &mut PassStats,
     ) {
-        let rgb = self.frame.sensor.rgb(value * self.splat_scale, lambda);
-        match rgb.iter().all(|v| v.is_finite()) {
-            true => splats.push(Splat { film, rgb: self.frame.clamp(rgb) }),
-            false => stats.bad_samples += 1,
-        }
+        let value = value * self.splat_scale;
+        splat(self.frame, self.tracks.as_ref(), closing, value, film, lambda, splats, stats);
     }
 
     /// w_{s,t} of the path end, `light`, `eye` (from the lens on), camera.

@@ -35,6 +35,7 @@ pub static INFO: MethodInfo = MethodInfo {
     path_class: "L(D|S)*E",
     bias: Bias::Unbiased,
     media: true,
+    layers: true,
     schedule: Schedule::Stateless,
     one_spp: "one camera path and one light path a pixel, all connections",
     source: "Veach & Guibas 1994; Veach 1997, ch. 10",
@@ -96,6 +97,7 @@ impl Method for Bdpt {
                     let features = band.wants_features();
                     let record = room.sample(pixel, index, features, splats, &mut stats);
                     band.add(x, y, &record);
+                    band.add_paths(x, y, record.weight, room.layers());
                 }
             }
             stats

@@ -19,6 +19,7 @@
 //! xₖ of a parallel camera. Dirac lobes stand with their probability, in both directions alike.
 
 mod camera_end;
+mod classes;
 mod connections;
 mod light_end;
 mod passage;
@@ -28,10 +29,11 @@ mod through_media;
 mod vertex;
 
 pub use camera_end::{CameraEnd, needs_lens};
+pub use classes::{Closing, Tracks};
 pub use connections::{Connection, Joined, LensConnection, join, to_lens};
 pub use light_end::{LightEnd, emission_table};
 pub use passage::{Passage, passage};
-pub use splats::{Splat, splat_bands};
+pub use splats::{Splat, splat, splat_bands};
 pub use subpath::{Departure, Escape, Glow, Start, Subpath, Walker};
 pub use vertex::{Inside, Vertex};
 

@@ -187,6 +187,7 @@ impl<'a> Walker<'a> {
         let s = scattered?;
         (v.pdf, v.pdf_rev) = (f64::from(s.pdf) / v.share, f64::from(s.pdf_rev) / v.share);
         v.delta = s.lobe.has(Lobes::DELTA);
+        v.straight = s.lobe.has(Lobes::NULL);
         if self.until_smooth && !v.delta {
             return None;
         }
@@ -270,6 +271,7 @@ impl Trail {
             pdf_rev: 0.0,
             share: 1.0,
             delta: false,
+            straight: false,
             onward: None,
         };
         v.arrival = self.arrival(path, &v);

@@ -42,6 +42,8 @@ pub struct Vertex<'a> {
     pub share: f64,
     /// True if it went on by a Dirac lobe.
     pub delta: bool,
+    /// True if that passes straight through, as if there were nothing.
+    pub straight: bool,
     /// The ray on which it goes on and what that carries, if it does.
     pub onward: Option<(Ray, Spectrum)>,
 }

@@ -60,7 +60,7 @@ pub(crate) fn agree(what: &str, a: &[RunningMean], b: &[RunningMean]) {
 }
 
 /// A box with an open front, a glossy block, and whatever lights it.
-fn room() -> Stage {
+pub(crate) fn room() -> Stage {
     let mut stage = Stage::new();
     let (white, red) = (stage.diffuse(0.7), stage.diffuse(0.3));
     let metal = stage.metal(0.3);

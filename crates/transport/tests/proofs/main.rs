@@ -8,6 +8,7 @@ mod adjoint;
 mod bidirectional;
 mod bidirectional_media;
 mod cameras;
+mod classes;
 mod furnace;
 mod hair;
 mod irradiance;

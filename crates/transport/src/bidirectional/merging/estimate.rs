@@ -16,7 +16,8 @@ use crate::features::describe;
 use crate::frame::Frame;
 use crate::method::{PassStats, RenderError};
 use crate::path_space::{
-    self, CameraEnd, LightEnd, Passage, Splat, Start, Subpath, Vertex, Walker,
+    self, CameraEnd, Closing, LightEnd, Passage, Splat, Start, Subpath, Tracks, Vertex, Walker,
+    splat,
 };
 use crate::workers::Workers;
 use kaustika_film::accumulate::PixelRecord;
@@ -59,6 +60,39 @@ pub(super) struct Room<'a> {
     eye: Subpath<'a>,
     of_light: Vec<Carried>,
     of_eye: Vec<Carried>,
+    /// The classes of paths, if there are layers of them.
+    tracks: Option<Tracks<'a>>,
+}
+
+impl Room<'_> {
+    /// What the layers by path got of the last sample.
+    pub(super) fn layers(&self) -> &[[f32; 3]] {
+        self.tracks.as_ref().map_or(&[], Tracks::found)
+    }
+}
+
+/// What a pixel's sample has found.
+struct Found<'r, 'f> {
+    frame: &'r Frame,
+    rgb: [f32; 3],
+    tracks: &'r mut Option<Tracks<'f>>,
+}
+
+impl Found<'_, '_> {
+    fn add(&mut self, l: Spectrum, lambda: &Wavelengths, how: &Closing, stats: &mut PassStats) {
+        self.add_to_picture(l, lambda, stats);
+        if let Some(tracks) = self.tracks {
+            tracks.add(how, l, lambda, &self.frame.sensor);
+        }
+    }
+
+    fn add_to_picture(&mut self, l: Spectrum, lambda: &Wavelengths, stats: &mut PassStats) {
+        let c = self.frame.sensor.rgb(l, lambda);
+        match c.iter().all(|v| v.is_finite()) {
+            true => self.rgb.iter_mut().zip(c).for_each(|(sum, v)| *sum += v),
+            false => stats.bad_samples += 1,
+        }
+    }
 }
 
 /// A number in [0, 1) for a pass: van der Corput's, shifted.
@@ -102,7 +136,8 @@ impl<'a> Estimator<'a> {
     }
 
     pub(super) fn room(&self) -> Room<'a> {
-        Room::default()
+        let tracks = self.frame.paths.as_ref().map(|classes| Tracks::new(classes, self.scene));
+        Room { tracks, ..Room::default() }
     }
 
     /// All vertices of light paths that can be merged.
@@ -118,32 +153,36 @@ impl<'a> Estimator<'a> {
         let count = width as usize * height as usize;
         let chunk = |chunk: usize| {
             let mut room = self.room();
-            let mut photons = Vec::new();
+            let (mut photons, mut classes) = (Vec::new(), Vec::new());
             let mut stats = PassStats::default();
             if workers.cancelled() {
-                return (photons, stats);
+                return (photons, classes, stats);
             }
             for i in chunk * CHUNK..count.min((chunk + 1) * CHUNK) {
                 let [x, y] = [i as u32 % width, i as u32 / width];
                 let pixel = [self.frame.region[0] + x, self.frame.region[1] + y];
                 if self.light_path(pixel, &mut room, &mut stats).is_some() {
-                    let vertices = room.light.iter().zip(&room.of_light).enumerate();
-                    photons.extend(vertices.filter_map(|(i, (v, c))| photon(i, v, c)));
+                    for (i, (v, c)) in room.light.iter().zip(&room.of_light).enumerate() {
+                        let Some(photon) = photon(i, v, c) else { continue };
+                        photons.push(photon);
+                        classes.extend(room.tracks.as_ref().map(|t| t.back(i).to_vec()));
+                    }
                 }
             }
-            (photons, stats)
+            (photons, classes, stats)
         };
         let chunks: Vec<_> =
             workers.install(|| (0..count.div_ceil(CHUNK)).into_par_iter().map(chunk).collect());
         if workers.cancelled() {
             return Err(RenderError::Cancelled);
         }
-        let mut all = Vec::new();
-        for (photons, s) in chunks {
+        let (mut all, mut all_classes) = (Vec::new(), Vec::new());
+        for (photons, classes, s) in chunks {
             all.extend(photons);
+            all_classes.extend(classes);
             *stats += s;
         }
-        Ok(Photons::new(all, self.radius))
+        Ok(Photons::new(all, all_classes, self.radius))
     }
 
     /// The light path that goes with a pixel.
@@ -164,6 +203,9 @@ impl<'a> Estimator<'a> {
             Walker { scene: self.scene, roulette, mode: Carrying::Importance, until_smooth: false };
         walker.walk(&start, self.max_depth, &mut sampler, &mut room.light, stats);
         self.weights.of_light(self.scene, self.lights, &end, &room.light, &mut room.of_light);
+        if let Some(tracks) = &mut room.tracks {
+            tracks.follow_light(&room.light, end.light);
+        }
         Some(end)
     }
 
@@ -202,48 +244,46 @@ impl<'a> Estimator<'a> {
         let most = self.max_depth.saturating_add(1);
         let escape = walker.walk(&start, most, &mut sampler, &mut room.eye, stats);
         self.weights.of_eye(&camera_end, &room.eye, &mut room.of_eye);
+        if let Some(tracks) = &mut room.tracks {
+            tracks.follow_eye(&room.eye);
+        }
         let end = match mode.connects() {
             true => self.light_path(pixel, room, stats),
             false => None,
         };
+        let Room { light, eye, of_light, of_eye, tracks } = room;
 
-        let mut rgb = [0.0; 3];
-        let mut add = |l: Spectrum, lambda: &Wavelengths, stats: &mut PassStats| {
-            let c = frame.sensor.rgb(l, lambda);
-            match c.iter().all(|v| v.is_finite()) {
-                true => rgb.iter_mut().zip(c).for_each(|(sum, v)| *sum += v),
-                false => stats.bad_samples += 1,
-            }
-        };
+        let mut sum = Found { frame, rgb: [0.0; 3], tracks };
         let mut record = PixelRecord::default();
-        for glow in room.eye.glows.iter().filter(|g| self.counts(g.depth)) {
-            add(glow.value, &glow.lambda, stats);
+        for glow in eye.glows.iter().filter(|g| self.counts(g.depth)) {
+            sum.add(glow.value, &glow.lambda, &Closing::Glow(glow.depth), stats);
         }
-        for (i, (z, c)) in room.eye.iter().zip(&room.of_eye).enumerate() {
+        for (i, (z, c)) in eye.iter().zip(&*of_eye).enumerate() {
             if let (0, true) = (i, features) {
                 describe(scene, &z.surface, &z.bsdf, z.wo, &z.lambda, &mut record);
             }
             if let Some(id) = z.surface.light {
                 let le = scene.light(id).le(scene, &z.surface, z.wo, &z.lambda);
                 let found = (id, z.surface.p, z.surface.ng, z.wo);
-                let w = self.found((&room.eye[..i], z.passing), &room.of_eye, found, le);
-                add(z.beta * le * w, &z.lambda, stats);
+                let w = self.found((&eye[..i], z.passing), of_eye, found, le);
+                sum.add(z.beta * le * w, &z.lambda, &Closing::Found(i, id), stats);
             }
             if !z.connects() {
                 continue;
             }
             if mode.merges() && z.inside.is_none() {
-                self.merge(i, z, c, photons, &mut |l, lambda| add(l, lambda, stats));
+                self.merge(i, z, c, photons, &mut sum, stats);
             }
             if !mode.connects() {
                 continue;
             }
-            if let Some(l) = self.next_event(i, z, c, stats) {
-                add(l, &z.lambda, stats);
+            if let Some((l, end)) = self.next_event(i, z, c, stats) {
+                let how = Closing::NextEvent(i, z, -end.w, end.light);
+                sum.add(l, &z.lambda, &how, stats);
             }
-            for (j, y) in room.light.iter().enumerate() {
-                if let Some((l, lambda)) = self.join((j, y, &room.of_light[j]), (i, z, c), stats) {
-                    add(l, &lambda, stats);
+            for (j, y) in light.iter().enumerate() {
+                if let Some((l, lambda)) = self.join((j, y, &of_light[j]), (i, z, c), stats) {
+                    sum.add(l, &lambda, &Closing::Join((j, y), (i, z)), stats);
                 }
             }
         }
@@ -251,16 +291,17 @@ impl<'a> Estimator<'a> {
             for &id in &scene.environments {
                 let le = scene.light(id).escaped(escape.o, escape.d, &escape.lambda).le;
                 let found = (id, Vec3::ZERO, Vec3::ZERO, -escape.d);
-                let w = self.found((&room.eye, escape.passing), &room.of_eye, found, le);
-                add(escape.beta * le * w, &escape.lambda, stats);
+                let w = self.found((eye, escape.passing), of_eye, found, le);
+                let how = Closing::Found(eye.len(), id);
+                sum.add(escape.beta * le * w, &escape.lambda, &how, stats);
             }
         }
         if end.is_some() {
-            for (j, (y, c)) in room.light.iter().zip(&room.of_light).enumerate() {
-                self.connect_lens(j, y, c, splats, stats);
+            for (j, (y, c)) in light.iter().zip(&*of_light).enumerate() {
+                self.connect_lens(j, y, c, sum.tracks.as_ref(), splats, stats);
             }
         }
-        PixelRecord { rgb: frame.clamp(rgb), weight: film.weight, ..record }
+        PixelRecord { rgb: frame.clamp(sum.rgb), weight: film.weight, ..record }
     }
 
     /// True if paths of this many bounces are wanted.
@@ -307,7 +348,7 @@ impl<'a> Estimator<'a> {
         z: &Vertex,
         c: &Carried,
         stats: &mut PassStats,
-    ) -> Option<Spectrum> {
+    ) -> Option<(Spectrum, LightEnd)> {
         if !self.counts(i + 1) {
             return None;
         }
@@ -321,7 +362,7 @@ impl<'a> Estimator<'a> {
         };
         let emitted = end.emission * end.departure.density(z) * passage.passing / chosen;
         let w = 1.0 / (1.0 + found + weights.side(z, c, emitted, e.pdf.1));
-        Some(e.value * passage.value * w)
+        Some((e.value * passage.value * w, e.end))
     }
 
     fn join(
@@ -348,6 +389,7 @@ impl<'a> Estimator<'a> {
         j: usize,
         y: &Vertex,
         c: &Carried,
+        tracks: Option<&Tracks>,
         splats: &mut Vec<Splat>,
         stats: &mut PassStats,
     ) {
@@ -361,11 +403,8 @@ impl<'a> Estimator<'a> {
             / (self.weights.light_paths * camera.connection);
         let w = 1.0 / (1.0 + self.weights.side(y, c, seen, l.pdf.1));
         let value = l.value * passage.value * (w / self.count);
-        let rgb = self.frame.sensor.rgb(value, &y.lambda);
-        match rgb.iter().all(|v| v.is_finite()) {
-            true => splats.push(Splat { film: l.end.film, rgb: self.frame.clamp(rgb) }),
-            false => stats.bad_samples += 1,
-        }
+        let how = Closing::ToLens(j, y, l.segment.ray.d.normalize());
+        splat(self.frame, tracks, &how, value, l.end.film, &y.lambda, splats, stats);
     }
 
     /// The second sum of (1).
@@ -375,11 +414,12 @@ impl<'a> Estimator<'a> {
         z: &Vertex,
         c: &Carried,
         photons: &Photons,
-        add: &mut impl FnMut(Spectrum, &Wavelengths),
+        found: &mut Found,
+        stats: &mut PassStats,
     ) {
         let kernel = 1.0 / (PI * self.radius * self.radius * self.count);
         let (mut sum, mut hero) = (Spectrum::ZERO, Spectrum::ZERO);
-        photons.near(z.surface.p, |photon| {
+        photons.near(z.surface.p, |number, photon| {
             if !self.counts(i + photon.depth as usize) {
                 return;
             }
@@ -398,18 +438,27 @@ impl<'a> Estimator<'a> {
             // Grazing photons are few and heavy; below this cosine the surface is its own edge.
             let cos = z.surface.ng.abs_dot(photon.wo).max(1e-3);
             let l = f * photon.beta * (w / cos);
+            if let Some(tracks) = found.tracks {
+                let mut lambda = z.lambda;
+                if photon.dispersed {
+                    lambda.terminate_secondary();
+                }
+                let (l, back) = (l * z.beta * kernel, photons.back(number));
+                let at = (i, z, photon.wo);
+                tracks.add_merged(at, back, l, &lambda, &self.frame.sensor);
+            }
             match photon.dispersed {
                 true => hero += l,
                 false => sum += l,
             }
         });
         if !sum.is_black() {
-            add(sum * z.beta * kernel, &z.lambda);
+            found.add_to_picture(sum * z.beta * kernel, &z.lambda, stats);
         }
         if !hero.is_black() {
             let mut lambda = z.lambda;
             lambda.terminate_secondary();
-            add(hero * z.beta * kernel, &lambda);
+            found.add_to_picture(hero * z.beta * kernel, &lambda, stats);
         }
     }
 

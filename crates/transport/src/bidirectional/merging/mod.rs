@@ -34,6 +34,7 @@ pub static INFO: MethodInfo = MethodInfo {
     path_class: "L(D|S)*E",
     bias: Bias::Consistent,
     media: true,
+    layers: true,
     schedule: Schedule::Stateless,
     one_spp: "one camera path and one light path a pixel, all connections and merges",
     source: "Georgiev, Křivánek, Davidovič & Slusallek 2012",
@@ -46,6 +47,7 @@ pub static PPM_INFO: MethodInfo = MethodInfo {
     path_class: "L(D|S)*DS*E",
     bias: Bias::Consistent,
     media: false,
+    layers: true,
     schedule: Schedule::Stateless,
     one_spp: "one camera path and one light path a pixel",
     source: "Hachisuka & Jensen 2009; Knaus & Zwicker 2011",
@@ -128,6 +130,7 @@ impl Method for Vcm {
                         let record =
                             estimator.sample(pixel, features, &photons, room, splats, &mut stats);
                         band.add(x, y, &record);
+                        band.add_paths(x, y, record.weight, room.layers());
                     }
                 }
                 stats
