@@ -44,6 +44,7 @@ MEDIA_PICTURES = [
     ("pbrt-v4/volumetric-caustic", "scene-v4.pbrt", "TungstenRender.exr", 8, 2.0, ["-p", "max_depth=4", "--rgb"]),
 ]
 
+
 def run(*args):
     done = subprocess.run([KAUSTIKA, *args], capture_output=True, text=True)
     if done.returncode not in (0,):
