@@ -55,11 +55,12 @@ def run(*args):
 def picture(folder, scene, reference, spp, bound, extra, label=None):
     if not os.path.exists(scene) or not os.path.exists(reference):
         return
+    spp = max(1, spp // 4) if QUICK else spp
     ratios, errors, seconds = [], [], 0.0
     for seed in range(SEEDS):
         out = os.path.join(folder, "picture%d.exr" % seed)
         start = time.time()
-        run("render", scene, "-o", out, "--spp", str(max(1, spp // 4) if QUICK else spp), "--seed", str(seed + 1),
+        run("render", scene, "-o", out, "--spp", str(spp), "--seed", str(seed + 1),
             "--sampler", "independent", "--quiet", *extra)
         seconds += time.time() - start
         result = json.loads(run("compare", out, reference, "--json"))
