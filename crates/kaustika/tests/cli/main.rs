@@ -7,4 +7,5 @@ mod commands;
 mod corpus;
 mod errors;
 mod kit;
+mod references;
 mod shares;
