@@ -11,6 +11,7 @@ pub mod environment;
 pub mod fingerprint;
 pub mod load;
 pub mod output;
+pub mod pyramid;
 pub mod record;
 pub mod setup;
 pub mod stats;

@@ -37,7 +37,7 @@ pub struct Record {
     pub light_sampler: Option<String>,
     /// Feature layers by name.
     pub layers: Vec<String>,
-    /// Layers by path, as `NAME=EXPRESSION`.
+    /// Layers by path, as `NAME=EXPRESSION`, and names of those that the method adds.
     #[serde(default)]
     pub path_layers: Vec<String>,
     /// The camera's transform, row by row.

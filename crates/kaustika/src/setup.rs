@@ -162,6 +162,8 @@ impl Setup {
             let layers: Vec<PathLayer> = layers.collect::<Result<_, _>>().map_err(choice)?;
             frame.keep_paths(PathClasses::new(layers).map_err(choice)?);
         }
+        let of_method = method.layers();
+        frame.keep_layers(&of_method);
 
         let mode = options.mode.unwrap_or(match description.format {
             SourceFormat::Pbrt => ColorMode::Spectral,
@@ -195,6 +197,7 @@ impl Setup {
                 .paths
                 .iter()
                 .flat_map(|classes| classes.layers().iter().map(PathLayer::to_string))
+                .chain(of_method)
                 .collect(),
             world_to_camera: camera.transform.inv,
         };

@@ -57,9 +57,15 @@ impl Frame {
 
     /// Also keeps layers of these classes of paths.
     pub fn keep_paths(&mut self, classes: PathClasses) {
-        let names = classes.layers().iter().map(|l| l.name.clone()).collect();
-        self.layers = std::mem::take(&mut self.layers).with_paths(names);
         self.paths = Some(classes);
+        self.keep_layers(&[]);
+    }
+
+    /// And layers of these names that a method adds.
+    pub fn keep_layers(&mut self, names: &[String]) {
+        let by_path = self.paths.iter().flat_map(|c| c.layers().iter().map(|l| &l.name));
+        let names = by_path.chain(names).cloned().collect();
+        self.layers = std::mem::take(&mut self.layers).with_paths(names);
     }
 
     /// Width and height of the rendered region.

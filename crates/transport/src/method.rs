@@ -109,6 +109,11 @@ pub trait Method: Send {
     /// Name, path class and so on.
     fn info(&self) -> &'static MethodInfo;
 
+    /// Names of layers that it adds to the picture, after those by path.
+    fn layers(&self) -> Vec<String> {
+        Vec::new()
+    }
+
     /// Whatever must happen before the first pass.
     ///
     /// # Errors

@@ -152,10 +152,10 @@ impl PixelBand<'_> {
         }
     }
 
-    /// Adds what a camera path found to the layers by path of the pixel at column `x` and row `y`,
-    /// with its weight of the filter.
-    pub fn add_paths(&mut self, x: u32, y: u32, weight: f32, rgb: &[[f32; 3]]) {
-        let offset = self.layers.path_offset(0);
+    /// Adds what a camera path found to the layers by path, from number `first` on, of the pixel at
+    /// column `x` and row `y`, with its weight of the filter.
+    pub fn add_paths(&mut self, x: u32, y: u32, weight: f32, first: usize, rgb: &[[f32; 3]]) {
+        let offset = self.layers.path_offset(first);
         let at = (y as usize * self.width as usize + x as usize) * self.stride + offset;
         for (p, v) in self.data[at..at + 3 * rgb.len()].iter_mut().zip(rgb.as_flattened()) {
             *p += weight * v;

@@ -3,6 +3,7 @@
 use super::args::LookArgs;
 use super::failure::Failure;
 use kaustika::film::{Picture, WriteOptions, write_picture};
+use kaustika::pyramid;
 use std::path::{Path, PathBuf};
 
 /// Extensions that can be written.
@@ -54,7 +55,17 @@ pub fn write(outputs: &[PathBuf], picture: &Picture, look: &LookArgs) -> Result<
             first_error = first_error.and(Err(Failure::input(e)));
         }
     }
+    if let (Some(path), Some(sheet)) = (sheet_beside(outputs), pyramid::sheet(picture))
+        && let Err(e) = write_picture(&path, &sheet, &options)
+    {
+        first_error = first_error.and(Err(Failure::input(e)));
+    }
     first_error
+}
+
+/// Where the sheet of a pyramid goes.
+fn sheet_beside(outputs: &[PathBuf]) -> Option<PathBuf> {
+    outputs.first().map(|path| path.with_extension("pyramid.png"))
 }
 
 /// Says what was written.

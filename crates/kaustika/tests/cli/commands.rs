@@ -72,6 +72,32 @@ fn layers_by_path_are_written() {
 }
 
 #[test]
+fn a_pyramid_has_a_layer_for_each_strategy_and_a_sheet() {
+    let p = Place::new();
+    let common = "render ball.pbrt -q -m bdpt --sampler sobol -p pyramid=true -p max_depth=2";
+    p.ok(&format!("{common} --layer direct --spp 4 -o a.exr"));
+    let picture = p.picture("a.exr");
+    let sum = |kind: &str| -> f64 {
+        let of_kind = picture.channels.iter().filter(|c| c.name.starts_with(kind));
+        let green = of_kind.filter(|c| c.name.ends_with('G'));
+        green.flat_map(|c| &c.data).map(|v| f64::from(*v)).sum()
+    };
+    assert!((sum("weighted.") - sum("G")).abs() < 1e-4 * sum("G"));
+    assert!(sum("unweighted.") > 1.5 * sum("G"), "several strategies make the same light");
+    assert!(picture.channels.iter().any(|c| c.name == "unweighted.s3t1.B"));
+    // Three rows, of three to five strategies, on both sides.
+    let sheet = p.picture("a.pyramid.png");
+    assert_eq!((sheet.width, sheet.height), (2 * (5 * 28 + 4), 3 * 22 + 4));
+    // Shares and checkpoints keep the layers.
+    p.ok(&format!("{common} --layer direct --spp 4 --passes 0..1 -o b.exr"));
+    p.ok(&format!("{common} --layer direct --spp 4 --passes 1..4 -o c.exr"));
+    p.ok("merge b.exr c.exr -o merged.exr");
+    assert_same_bits(&p.picture("merged.exr"), &picture);
+    let error = p.fails(1, "render ball.pbrt -q -m bdpt -p pyramid=true -p max_depth=-1");
+    assert!(error.contains("max_depth"), "{error}");
+}
+
+#[test]
 fn scene_variables_are_set_from_outside() {
     let p = Place::new();
     let text = r#"<scene version="3.0.0">

@@ -13,6 +13,7 @@
 //! of the subpath; weights are those of [`super::weight`].
 
 use super::params::BdptParams;
+use super::pyramid::Pyramid;
 use super::weight::{Joint, Link, strategy_weight};
 use crate::features::describe;
 use crate::frame::Frame;
@@ -49,6 +50,8 @@ pub(super) struct Bidirectional<'a> {
     densities: Vec<f32>,
     /// The classes of paths, if there are layers of them.
     tracks: Option<Tracks<'a>>,
+    /// Pictures of single strategies, if they are asked for.
+    pyramid: Option<Pyramid>,
 }
 
 /// How the two sides of a path are joined, seen from the joint: densities per solid angle (on
@@ -96,6 +99,10 @@ impl<'a> Bidirectional<'a> {
             links: Vec::new(),
             densities: Vec::new(),
             tracks: frame.paths.as_ref().map(|classes| Tracks::new(classes, scene)),
+            pyramid: params.pyramid.then(|| {
+                let first = frame.paths.as_ref().map_or(0, |classes| classes.layers().len());
+                Pyramid::new(params.max_bounces() as usize, first)
+            }),
         }
     }
 
@@ -114,9 +121,10 @@ impl<'a> Bidirectional<'a> {
         record
     }
 
-    /// What the layers by path got of the last sample.
-    pub(super) fn layers(&self) -> &[[f32; 3]] {
-        self.tracks.as_ref().map_or(&[], Tracks::found)
+    /// What the layers got of the last sample: those by path, then those of strategies.
+    pub(super) fn layers(&self) -> [&[[f32; 3]]; 2] {
+        let by_path = self.tracks.as_ref().map_or(&[][..], Tracks::found);
+        [by_path, self.pyramid.as_ref().map_or(&[][..], Pyramid::found)]
     }
 
     fn pair(
@@ -173,6 +181,10 @@ impl<'a> Bidirectional<'a> {
             }
         }
 
+        if let Some(pyramid) = &mut self.pyramid {
+            pyramid.clear();
+        }
+
         // (1), the strategies that end in this pixel.
         let mut rgb = [0.0; 3];
         let mut add = |l: Spectrum, lambda: &Wavelengths, stats: &mut PassStats| {
@@ -189,7 +201,8 @@ impl<'a> Bidirectional<'a> {
                 continue;
             }
             add(glow.value, &glow.lambda, stats);
-            self.sort(&Closing::Glow(glow.depth), glow.value, &glow.lambda);
+            let strategy = (0, glow.depth + 2);
+            self.sort(strategy, &Closing::Glow(glow.depth), (glow.value, 1.0), &glow.lambda);
         }
         for (i, z) in eye.iter().enumerate() {
             if let (0, true) = (i, features) {
@@ -198,10 +211,11 @@ impl<'a> Bidirectional<'a> {
             if let Some(id) = z.surface.light {
                 let le = scene.light(id).le(scene, &z.surface, z.wo, &z.lambda);
                 let found = (id, z.surface.p, z.surface.ng, z.wo);
-                let w = self.found((&eye[..i], z.passing), &camera_end, found, le);
-                let l = z.beta * le * w;
-                add(l, &z.lambda, stats);
-                self.sort(&Closing::Found(i, id), l, &z.lambda);
+                if let Some(w) = self.found((&eye[..i], z.passing), &camera_end, found, le) {
+                    let l = z.beta * le;
+                    add(l * w, &z.lambda, stats);
+                    self.sort((0, i + 2), &Closing::Found(i, id), (l, w), &z.lambda);
+                }
             }
             if !z.connects() {
                 continue;
@@ -221,10 +235,11 @@ impl<'a> Bidirectional<'a> {
             for &id in &scene.environments {
                 let le = scene.light(id).escaped(escape.o, escape.d, &escape.lambda).le;
                 let found = (id, Vec3::ZERO, Vec3::ZERO, -escape.d);
-                let w = self.found((eye, escape.passing), &camera_end, found, le);
-                let l = escape.beta * le * w;
-                add(l, &escape.lambda, stats);
-                self.sort(&Closing::Found(eye.len(), id), l, &escape.lambda);
+                if let Some(w) = self.found((eye, escape.passing), &camera_end, found, le) {
+                    let (l, i) = (escape.beta * le, eye.len());
+                    add(l * w, &escape.lambda, stats);
+                    self.sort((0, i + 2), &Closing::Found(i, id), (l, w), &escape.lambda);
+                }
             }
         }
 
@@ -253,16 +268,16 @@ impl<'a> Bidirectional<'a> {
         camera: &CameraEnd,
         (id, p, n, w): (LightId, Vec3, Vec3, Vec3),
         le: Spectrum,
-    ) -> f32 {
+    ) -> Option<f32> {
         let t = eye.len() + 2;
         if le.is_black() || !self.wanted(0, t) || (t == 2 && self.params.hide_emitters) {
-            return 0.0;
+            return None;
         }
-        let Some(last) = eye.last() else { return 1.0 };
+        let Some(last) = eye.last() else { return Some(1.0) };
         let end = LightEnd::new(self.scene, self.emission, id, p, n, w);
         let at_eye = (last.pdf, last.pdf_rev);
         let join = Join { at_eye, eye_delta: last.delta, passing, ..Join::default() };
-        self.weight(0, (&[], eye), &end, camera, &join)
+        Some(self.weight(0, (&[], eye), &end, camera, &join))
     }
 
     /// (3), weighted.
@@ -278,14 +293,14 @@ impl<'a> Bidirectional<'a> {
         let z = eye.last()?;
         let c = z.next_event(self.scene, self.lights, self.emission)?;
         let far = c.end.infinite;
-        let l = self.close(z, &c.segment, far, &z.lambda, stats, |this, passing| {
+        let (passage, w) = self.close(z, &c.segment, far, &z.lambda, stats, |this, passing| {
             let join = Join { at_eye: c.pdf, passing, ..Join::default() };
             this.weight(1, (&[], eye), &c.end, camera, &join)
         })?;
-        let l = c.value * l;
+        let l = c.value * passage;
         let closing = Closing::NextEvent(eye.len() - 1, z, -c.end.w, c.end.light);
-        self.sort(&closing, l, &z.lambda);
-        Some(l)
+        self.sort((1, eye.len() + 1), &closing, (l, w), &z.lambda);
+        Some(l * w)
     }
 
     /// (4), weighted.
@@ -302,25 +317,36 @@ impl<'a> Bidirectional<'a> {
             return None;
         }
         let c = path_space::join(y, z)?;
-        let l = self.close(z, &c.segment, false, &c.end.lambda, stats, |this, passing| {
+        let lambda = c.end.lambda;
+        let (passage, w) = self.close(z, &c.segment, false, &lambda, stats, |this, passing| {
             let (at_light, at_eye) = (c.pdf, c.end.pdf_eye);
             let join = Join { at_light, at_eye, passing, ..Join::default() };
             this.weight(s, (light, eye), end, camera, &join)
         })?;
-        let l = c.value * l;
+        let l = c.value * passage;
         let closing = Closing::Join((light.len() - 1, y), (eye.len() - 1, z));
-        self.sort(&closing, l, &c.end.lambda);
-        Some((l, c.end.lambda))
+        self.sort((s, eye.len() + 1), &closing, (l, w), &lambda);
+        Some((l * w, lambda))
     }
 
-    /// Adds to the layers by path.
-    fn sort(&mut self, closing: &Closing, value: Spectrum, lambda: &Wavelengths) {
+    /// Adds a contribution and its weight to the layers.
+    fn sort(
+        &mut self,
+        (s, t): (usize, usize),
+        closing: &Closing,
+        (value, w): (Spectrum, f32),
+        lambda: &Wavelengths,
+    ) {
+        let sensor = &self.frame.sensor;
         if let Some(tracks) = &mut self.tracks {
-            tracks.add(closing, value, lambda, &self.frame.sensor);
+            tracks.add(closing, value * w, lambda, sensor);
+        }
+        if let Some(pyramid) = &mut self.pyramid {
+            pyramid.add(s, t, [value * w, value].map(|v| sensor.rgb(v, lambda)));
         }
     }
 
-    /// What passes of a contribution along `segment`, which begins at `from`, times its weight.
+    /// What passes of a contribution along `segment`, which begins at `from`, and its weight.
     fn close(
         &mut self,
         from: &Vertex,
@@ -329,16 +355,17 @@ impl<'a> Bidirectional<'a> {
         lambda: &Wavelengths,
         stats: &mut PassStats,
         weight: impl FnOnce(&mut Self, f64) -> f32,
-    ) -> Option<Spectrum> {
+    ) -> Option<(Spectrum, f32)> {
         let scene = self.scene;
         let mut passage = || path_space::passage(scene, from, segment, far, lambda, stats);
         // Only in media does the weight depend on the way.
         if scene.has_media() {
             let passage = passage()?;
-            return Some(passage.value * weight(self, passage.passing));
+            return Some((passage.value, weight(self, passage.passing)));
         }
         let w = weight(self, 1.0);
-        (w > 0.0 && passage().is_some()).then(|| Spectrum::splat(w))
+        let counts = w > 0.0 || self.pyramid.is_some();
+        (counts && passage().is_some()).then_some((Spectrum::ONE, w))
     }
 
     /// (5) and (6), weighted.
@@ -355,14 +382,15 @@ impl<'a> Bidirectional<'a> {
             && y.connects()
             && let Some(c) = path_space::to_lens(self.scene, y)
         {
-            let l = self.close(y, &c.segment, false, &y.lambda, stats, |this, passing| {
+            let closed = self.close(y, &c.segment, false, &y.lambda, stats, |this, passing| {
                 let join = Join { at_light: c.pdf, passing, ..Join::default() };
                 this.weight(s, (light, &[]), end, &c.end.camera, &join)
             });
-            if let Some(l) = l {
+            if let Some((passage, w)) = closed {
                 let d = c.segment.ray.d.normalize();
                 let closing = Closing::ToLens(light.len() - 1, y, d);
-                self.splat(&closing, c.value * l, c.end.film, &y.lambda, splats, stats);
+                let l = (c.value * passage, w);
+                self.splat((s, 1), &closing, l, c.end.film, &y.lambda, splats, stats);
             }
         }
         if y.onward.is_some() && self.wanted(s + 1, 0) {
@@ -384,28 +412,42 @@ impl<'a> Bidirectional<'a> {
         let back = kaustika_math::Ray { o: hit.p, d: -ray.d, time: ray.time };
         let camera = CameraEnd::new(scene, &back);
         let segment = Segment { ray, t_max: (hit.p_near - ray.o).length() };
-        let l = self.close(y, &segment, false, &y.lambda, stats, |this, passing| {
+        let s = light.len() + 2;
+        let closed = self.close(y, &segment, false, &y.lambda, stats, |this, passing| {
             let at_light = (y.pdf, y.pdf_rev);
             let join = Join { at_light, light_delta: y.delta, passing, ..Join::default() };
-            this.weight(light.len() + 2, (light, &[]), end, &camera, &join)
+            this.weight(s, (light, &[]), end, &camera, &join)
         });
-        if let Some(l) = l {
+        if let Some((passage, w)) = closed {
             let closing = Closing::AtLens(light.len());
-            self.splat(&closing, beta * hit.we * l, hit.film, &y.lambda, splats, stats);
+            let l = (beta * hit.we * passage, w);
+            self.splat((s, 0), &closing, l, hit.film, &y.lambda, splats, stats);
         }
     }
 
+    #[expect(clippy::too_many_arguments)]
     fn splat(
         &self,
+        (s, t): (usize, usize),
         closing: &Closing,
-        value: Spectrum,
+        (value, w): (Spectrum, f32),
         film: Vec2,
         lambda: &Wavelengths,
         splats: &mut Vec<Splat>,
         stats: &mut PassStats,
     ) {
+        let (frame, tracks) = (self.frame, self.tracks.as_ref());
         let value = value * self.splat_scale;
-        splat(self.frame, self.tracks.as_ref(), closing, value, film, lambda, splats, stats);
+        if w > 0.0 {
+            splat(frame, tracks, closing, value * w, film, lambda, splats, stats);
+        }
+        let layers = self.pyramid.as_ref().and_then(|p| p.numbers(s, t));
+        for (layer, v) in layers.into_iter().flatten().zip([value * w, value]) {
+            let rgb = frame.sensor.rgb(v, lambda);
+            if rgb.iter().all(|v| v.is_finite()) {
+                splats.push(Splat { film, layer: Some(layer), rgb: frame.clamp(rgb) });
+            }
+        }
     }
 
     /// w_{s,t} of the path end, `light`, `eye` (from the lens on), camera.

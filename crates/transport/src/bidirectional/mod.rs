@@ -8,6 +8,7 @@
 mod connect;
 mod merging;
 mod params;
+mod pyramid;
 mod weight;
 
 pub use merging::{
@@ -18,6 +19,7 @@ pub use params::{BdptParams, parameters};
 pub use weight::{Joint, Link, strategy_weight};
 
 use self::connect::Bidirectional;
+use self::pyramid::{DEEPEST, Pyramid};
 use crate::frame::Frame;
 use crate::lights;
 use crate::method::{
@@ -66,6 +68,13 @@ impl Method for Bdpt {
         &INFO
     }
 
+    fn layers(&self) -> Vec<String> {
+        match self.params.pyramid {
+            true => Pyramid::names((self.params.max_bounces() as usize).min(DEEPEST)),
+            false => Vec::new(),
+        }
+    }
+
     fn prepare(
         &mut self,
         scene: &Scene,
@@ -73,6 +82,11 @@ impl Method for Bdpt {
         workers: &Workers,
     ) -> Result<(), RenderError> {
         needs_lens(scene)?;
+        if self.params.pyramid && self.params.max_bounces() as usize > DEEPEST {
+            let message =
+                format!("a pyramid has a limit of {DEEPEST} bounces: set `-p max_depth=5`, say");
+            return Err(RenderError::Failed(message));
+        }
         self.lights = lights::learn(scene, frame, self.params.max_bounces(), workers);
         self.emission = emission_table(scene);
         Ok(())
@@ -97,7 +111,9 @@ impl Method for Bdpt {
                     let features = band.wants_features();
                     let record = room.sample(pixel, index, features, splats, &mut stats);
                     band.add(x, y, &record);
-                    band.add_paths(x, y, record.weight, room.layers());
+                    let [by_path, strategies] = room.layers();
+                    band.add_paths(x, y, record.weight, 0, by_path);
+                    band.add_paths(x, y, record.weight, by_path.len(), strategies);
                 }
             }
             stats

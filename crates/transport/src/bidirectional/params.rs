@@ -27,6 +27,8 @@ pub struct BdptParams {
     pub strategy: Option<(usize, usize)>,
     /// False: strategies are not weighted; with more than one, paths are counted several times.
     pub weighted: bool,
+    /// True: a layer for each strategy, weighted and not.
+    pub pyramid: bool,
     /// True: lights are not seen directly.
     pub hide_emitters: bool,
     /// Only paths of exactly this many bounces; -1 all.
@@ -44,6 +46,7 @@ impl Default for BdptParams {
             mis: Heuristic::default(),
             strategy: None,
             weighted: true,
+            pyramid: false,
             hide_emitters: false,
             only_depth: -1,
         }
@@ -114,6 +117,11 @@ pub fn parameters() -> Vec<Parameter> {
             "S,T: only paths of S vertices from the light and T from the eye",
         ),
         p("weighted", d.weighted.to_string(), "false: strategies are not weighted"),
+        p(
+            "pyramid",
+            d.pyramid.to_string(),
+            "true: a layer for each strategy, weighted and not, and a sheet of them; needs max_depth",
+        ),
         p("hide_emitters", d.hide_emitters.to_string(), "lights are not seen directly"),
         p(
             "only_depth",

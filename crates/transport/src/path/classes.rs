@@ -46,7 +46,7 @@ pub(super) fn trace_classes<'a>(
             let pixel = [region[0] + x, region[1] + band.y + y];
             let record = integrator.sample_classes(pixel, index, room, &mut stats);
             band.add(x, y, &record);
-            band.add_paths(x, y, record.weight, room.tracks.found());
+            band.add_paths(x, y, record.weight, 0, room.tracks.found());
         }
     }
     stats

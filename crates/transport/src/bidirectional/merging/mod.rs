@@ -130,7 +130,7 @@ impl Method for Vcm {
                         let record =
                             estimator.sample(pixel, features, &photons, room, splats, &mut stats);
                         band.add(x, y, &record);
-                        band.add_paths(x, y, record.weight, room.layers());
+                        band.add_paths(x, y, record.weight, 0, room.layers());
                     }
                 }
                 stats
