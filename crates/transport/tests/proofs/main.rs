@@ -9,6 +9,7 @@ mod bidirectional;
 mod bidirectional_media;
 mod cameras;
 mod classes;
+mod fields;
 mod furnace;
 mod hair;
 mod irradiance;
