@@ -6,6 +6,7 @@ pub mod gltf;
 pub mod measured;
 pub mod mesh;
 pub mod mitsuba;
+mod nanovdb;
 pub mod pbrt;
 mod presets;
 pub mod resources;

@@ -25,6 +25,7 @@ mod lights;
 mod materials;
 mod media;
 mod meshes;
+mod nanovdb;
 mod notes;
 mod number;
 mod options;

@@ -35,8 +35,8 @@ pub use material::{
 };
 pub use measured::{MeasuredBrdf, MeasuredChannels, SquareTable};
 pub use medium::{
-    CoefficientsDesc, FieldDesc, GlowDesc, GlowSource, GridDesc, GridLayout, MediumDesc, MediumId,
-    PhaseDesc,
+    CloudDesc, CoefficientsDesc, DensityDesc, FieldDesc, GlowDesc, GlowSource, GridDesc,
+    GridLayout, MediumDesc, MediumId, PhaseDesc,
 };
 pub use mesh::{MeshAttribute, TriMesh};
 pub use metallic_roughness::{
