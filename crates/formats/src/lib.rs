@@ -3,6 +3,7 @@
 
 mod curve_file;
 pub mod gltf;
+mod half_space;
 pub mod measured;
 pub mod mesh;
 pub mod mitsuba;

@@ -33,6 +33,7 @@ mod param;
 mod reader;
 mod shapes;
 mod spectrum;
+mod subsurface;
 #[cfg(test)]
 mod tests;
 mod textures;

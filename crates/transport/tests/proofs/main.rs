@@ -29,5 +29,6 @@ mod scenes;
 mod selection;
 mod spectral;
 mod stats;
+mod subsurface;
 mod surfaces;
 mod waves;
