@@ -3,9 +3,11 @@
 
 mod curve_file;
 pub mod gltf;
+mod half_space;
 pub mod measured;
 pub mod mesh;
 pub mod mitsuba;
+mod nanovdb;
 pub mod pbrt;
 mod presets;
 pub mod resources;

@@ -23,12 +23,21 @@ pub(crate) struct VolFile {
 
 const HEADER: usize = 48;
 
-/// Reads a file. An error is a one-line cause.
-pub(crate) fn read(path: &Path) -> Result<VolFile, String> {
-    parse(&std::fs::read(path).map_err(|e| e.to_string())?)
+/// What the samples stand for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Samples {
+    /// Amounts of something, none negative.
+    Amounts,
+    /// Signed distances.
+    Distances,
 }
 
-fn parse(bytes: &[u8]) -> Result<VolFile, String> {
+/// Reads a file. An error is a one-line cause.
+pub(crate) fn read(path: &Path, samples: Samples) -> Result<VolFile, String> {
+    parse(&std::fs::read(path).map_err(|e| e.to_string())?, samples)
+}
+
+fn parse(bytes: &[u8], kind: Samples) -> Result<VolFile, String> {
     if !bytes.starts_with(b"VOL") {
         return Err("not a volume: it does not begin with `VOL`".into());
     }
@@ -73,8 +82,12 @@ fn parse(bytes: &[u8]) -> Result<VolFile, String> {
         }
         _ => samples.iter().map(|b| f32::from(*b) / 255.0).collect(),
     };
-    if let Some(i) = values.iter().position(|v| !v.is_finite() || *v < 0.0) {
-        return Err(format!("sample {i} is {}: neither zero nor a positive number", values[i]));
+    let (least, wanted) = match kind {
+        Samples::Amounts => (0.0, "neither zero nor a positive number"),
+        Samples::Distances => (f32::MIN, "no number"),
+    };
+    if let Some(i) = values.iter().position(|v| !v.is_finite() || *v < least) {
+        return Err(format!("sample {i} is {}: {wanted}", values[i]));
     }
     let corner = |i| Vec3::new(float(i), float(i + 1), float(i + 2));
     let bounds = Bounds3 { min: corner(5), max: corner(8) };
@@ -103,19 +116,19 @@ mod tests {
     #[test]
     fn floats_and_bytes() {
         let samples: Vec<u8> = [0.5f32, 2.0].iter().flat_map(|v| v.to_le_bytes()).collect();
-        let vol = parse(&file(1, [2, 1, 1], 1, &samples)).expect("a volume");
+        let vol = parse(&file(1, [2, 1, 1], 1, &samples), Samples::Amounts).expect("a volume");
         assert_eq!(
             (vol.resolution, vol.channels, vol.values.as_slice()),
             ([2, 1, 1], 1, &[0.5, 2.0][..])
         );
         assert_eq!(vol.bounds.max, Vec3::new(1.0, 2.0, 3.0));
-        let vol = parse(&file(3, [1, 1, 1], 3, &[0, 255, 51])).expect("a volume");
+        let vol = parse(&file(3, [1, 1, 1], 3, &[0, 255, 51]), Samples::Amounts).expect("a volume");
         assert_eq!(vol.values, [0.0, 1.0, 0.2]);
     }
 
     #[test]
     fn damaged_files_say_why() {
-        let why = |bytes: &[u8]| parse(bytes).expect_err("must be refused");
+        let why = |bytes: &[u8]| parse(bytes, Samples::Amounts).expect_err("must be refused");
         assert_eq!(why(b"PNG"), "not a volume: it does not begin with `VOL`");
         assert_eq!(why(b"VOL\x03"), "it ends within the header, after 4 bytes");
         assert_eq!(
@@ -131,15 +144,18 @@ mod tests {
             why(&file(1, [1; 3], 1, &nan)),
             "sample 0 is NaN: neither zero nor a positive number"
         );
+        let below = file(1, [1; 3], 1, &(-0.5f32).to_le_bytes());
+        assert_eq!(why(&below), "sample 0 is -0.5: neither zero nor a positive number");
+        assert_eq!(parse(&below, Samples::Distances).expect("distances").values, [-0.5]);
         // Every shorter file and every flipped byte is refused or read, without a panic.
         let whole = file(3, [2, 2, 1], 1, &[1, 2, 3, 4]);
         for end in 0..whole.len() {
-            assert!(parse(&whole[..end]).is_err());
+            assert!(parse(&whole[..end], Samples::Amounts).is_err());
         }
         for i in 0..whole.len() {
             let mut bytes = whole.clone();
             bytes[i] ^= 0xff;
-            let _ = parse(&bytes);
+            let _ = parse(&bytes, Samples::Amounts);
         }
     }
 }

@@ -136,6 +136,10 @@ impl SceneHash {
             match &s.geometry {
                 GeometryDesc::Mesh(mesh) => self::mesh(print, mesh),
                 GeometryDesc::Curves(c) => curves(print, c),
+                GeometryDesc::SdfGrid(grid) => {
+                    print.debug(&(grid.resolution, grid.normals));
+                    print.floats(grid.values.iter().copied());
+                }
                 geometry => print.debug(geometry),
             }
         }

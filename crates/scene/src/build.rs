@@ -1,5 +1,7 @@
 //! From a description to a scene.
 
+mod analytic;
+
 use crate::camera::Camera;
 use crate::description::{
     EmissionDesc, GeometryDesc, MaterialModel, MediumId, SceneDescription, ShapeDesc, SourceFormat,
@@ -13,7 +15,7 @@ use crate::material::Materials;
 use crate::medium::Medium;
 use crate::moving::Placement;
 use crate::scene::{Scene, ShapeInfo};
-use crate::shape::{CurveStore, MeshRange, Quadric, QuadricForm, TriangleStore};
+use crate::shape::{CurveStore, MeshRange, Quadric, QuadricForm, SdfStore, TriangleStore};
 use crate::surface::LightId;
 use crate::tessellate;
 use crate::texture::{AttributeRange, AttributeTable, TexturePoint, Textures};
@@ -41,6 +43,7 @@ struct Gathered {
     triangles: TriangleStore,
     quadrics: Vec<Quadric>,
     curves: CurveStore,
+    sdfs: SdfStore,
     shapes: Vec<ShapeInfo>,
     lights: Vec<Light>,
     attributes: Vec<(String, AttributeRange)>,
@@ -66,11 +69,12 @@ impl Scene {
         for group in &description.groups {
             ranges.push(gathered.add_shapes(description, &group.shapes, true)?);
         }
-        for Ranges { triangles, quadrics, pieces } in ranges {
+        for Ranges { triangles, quadrics, pieces, cells } in ranges {
             let indices = &gathered.triangles.indices[triangles.clone()];
             let of_quadrics = gathered.quadrics[quadrics.clone()].iter().map(Quadric::bounds);
             let of_pieces = pieces.clone().map(|p| gathered.curves.bounds(p as u32));
-            let bounds: Vec<Bounds3> = of_quadrics.chain(of_pieces).collect();
+            let of_cells = cells.clone().map(|c| gathered.sdfs.bounds(c as u32));
+            let bounds: Vec<Bounds3> = of_quadrics.chain(of_pieces).chain(of_cells).collect();
             groups.push(Group {
                 triangles: TriangleBvh::build(
                     &gathered.triangles.positions,
@@ -82,6 +86,8 @@ impl Scene {
                 first_quadric: quadrics.start as u32,
                 quadric_count: quadrics.len() as u32,
                 first_piece: pieces.start as u32,
+                piece_count: pieces.len() as u32,
+                first_cell: cells.start as u32,
                 analytic_count: bounds.len() as u32,
             });
         }
@@ -101,6 +107,7 @@ impl Scene {
             triangles: gathered.triangles,
             quadrics: gathered.quadrics,
             curves: gathered.curves,
+            sdfs: gathered.sdfs,
             groups,
             instances,
             instance_bvh: BoxBvh::build(&instance_bounds),
@@ -204,6 +211,7 @@ struct Ranges {
     triangles: std::ops::Range<usize>,
     quadrics: std::ops::Range<usize>,
     pieces: std::ops::Range<usize>,
+    cells: std::ops::Range<usize>,
 }
 
 impl Gathered {
@@ -213,15 +221,17 @@ impl Gathered {
         shapes: &[ShapeDesc],
         instanced: bool,
     ) -> Result<Ranges, BuildError> {
-        let lengths =
-            |g: &Gathered| [g.triangles.indices.len(), g.quadrics.len(), g.curves.pieces.len()];
+        let lengths = |g: &Gathered| {
+            let (triangles, quadrics) = (g.triangles.indices.len(), g.quadrics.len());
+            [triangles, quadrics, g.curves.pieces.len(), g.sdfs.cells.len()]
+        };
         let start = lengths(self);
         for shape in shapes {
             self.add_shape(description, shape, instanced)?;
         }
         let end = lengths(self);
-        let [triangles, quadrics, pieces] = [0, 1, 2].map(|i| start[i]..end[i]);
-        Ok(Ranges { triangles, quadrics, pieces })
+        let [triangles, quadrics, pieces, cells] = [0, 1, 2, 3].map(|i| start[i]..end[i]);
+        Ok(Ranges { triangles, quadrics, pieces, cells })
     }
 
     fn add_shape(
@@ -249,6 +259,8 @@ impl Gathered {
             GeometryDesc::Curves(curves) => {
                 self.curves.add(curves, &desc.transform, index, desc.flip_normals);
             }
+            GeometryDesc::Ellipsoids(all) => self.add_ellipsoids(desc, all, index, emission)?,
+            GeometryDesc::SdfGrid(grid) => self.add_sdf(desc, grid, index)?,
             GeometryDesc::Rectangle => {
                 self.add_mesh(desc, &tessellate::rectangle(), index, emission)?;
             }
@@ -259,50 +271,22 @@ impl Gathered {
             }
             GeometryDesc::Sphere { radius, z_min, z_max, phi_max } => {
                 let form = QuadricForm::Sphere { radius: *radius, z_min: *z_min, z_max: *z_max };
-                self.add_quadric(desc, form, *phi_max, index, emission);
+                self.add_quadric(Quadric::of(desc, form, *phi_max, index), emission);
             }
             GeometryDesc::Cylinder { radius, z_min, z_max, phi_max } => {
                 let form = QuadricForm::Cylinder { radius: *radius, z_min: *z_min, z_max: *z_max };
-                self.add_quadric(desc, form, *phi_max, index, emission);
+                self.add_quadric(Quadric::of(desc, form, *phi_max, index), emission);
             }
             GeometryDesc::Disk { height, radius, inner_radius, phi_max } => {
                 let form =
                     QuadricForm::Disk { height: *height, radius: *radius, inner: *inner_radius };
-                self.add_quadric(desc, form, *phi_max, index, emission);
+                self.add_quadric(Quadric::of(desc, form, *phi_max, index), emission);
             }
         }
         if let Some(e) = emission {
             self.emissions.push((e.power, first_light..self.lights.len()));
         }
         Ok(())
-    }
-
-    fn add_quadric(
-        &mut self,
-        desc: &ShapeDesc,
-        form: QuadricForm,
-        phi_max: f32,
-        shape: u32,
-        emission: Option<&EmissionDesc>,
-    ) {
-        let light = emission.map(|_| LightId(self.lights.len() as u32));
-        let quadric = Quadric {
-            form,
-            phi_max: phi_max.to_radians().min(2.0 * std::f32::consts::PI),
-            to_world: desc.transform,
-            flip: desc.flip_normals,
-            shape,
-            light,
-        };
-        let number = self.quadrics.len() as u32;
-        if let Some(e) = emission {
-            let shape = match quadric.as_whole_sphere() {
-                Some((center, radius)) => AreaShape::Sphere(number, center, radius),
-                None => AreaShape::Quadric(number),
-            };
-            self.lights.push(area_light(e, shape));
-        }
-        self.quadrics.push(quadric);
     }
 
     fn add_mesh(

@@ -2,11 +2,13 @@
 //! anything at all.
 //!
 //! Surfaces live in groups. Group 0 is the world; the others are placed by instances. A group
-//! has one hierarchy over its triangles and one over its analytic shapes (quadrics and pieces of
-//! curves); the instances have one of their own.
+//! has one hierarchy over its triangles and one over its analytic shapes (quadrics, pieces of
+//! curves, cells of signed distance grids); the instances have one of their own.
 
 use crate::batch::RayBatch;
-use crate::shape::{CurveHit, CurveStore, Quadric, QuadricHit, RaySpace, TriangleStore};
+use crate::shape::{
+    CurveHit, CurveStore, Quadric, QuadricHit, RaySpace, SdfHit, SdfStore, TriangleStore,
+};
 use crate::surface::Surface;
 use kaustika_accel::{BoxBvh, Segment, TriangleBvh, TriangleHit};
 use kaustika_math::{Bounds3, Motion, Ray, Transform, Vec3};
@@ -18,7 +20,7 @@ pub struct Group {
     pub triangles: TriangleBvh,
     /// Number of its first triangle in the store.
     pub first_triangle: u32,
-    /// Hierarchy of its analytic shapes: quadrics, then pieces of curves.
+    /// Hierarchy of its analytic shapes: quadrics, pieces of curves, cells of distance grids.
     pub analytic: BoxBvh,
     /// Number of its first quadric.
     pub first_quadric: u32,
@@ -26,6 +28,10 @@ pub struct Group {
     pub quadric_count: u32,
     /// Number of its first piece of a curve.
     pub first_piece: u32,
+    /// How many pieces of curves it has.
+    pub piece_count: u32,
+    /// Number of its first cell of a signed distance grid.
+    pub first_cell: u32,
     /// How many analytic shapes it has.
     pub analytic_count: u32,
 }
@@ -52,6 +58,8 @@ pub enum Primitive {
     Quadric(u32, QuadricHit),
     /// A piece of a curve.
     Curve(u32, CurveHit),
+    /// A cell of a signed distance grid.
+    Sdf(u32, SdfHit),
 }
 
 /// A hit; [`Geometry::surface`] makes a [`Surface`] of it.
@@ -74,6 +82,8 @@ pub struct Geometry {
     pub quadrics: Vec<Quadric>,
     /// Curves of all groups.
     pub curves: CurveStore,
+    /// Signed distance grids of all groups.
+    pub sdfs: SdfStore,
     /// Groups; the first is the world.
     pub groups: Vec<Group>,
     /// Placements.
@@ -210,6 +220,7 @@ impl Geometry {
             Primitive::Triangle(i, b) => self.triangles.surface(*i, *b, t, ray.time),
             Primitive::Quadric(i, h) => self.quadrics[*i as usize].surface(*i, h, ray.time),
             Primitive::Curve(i, h) => self.curve_surface(*i, h, ray),
+            Primitive::Sdf(i, h) => self.sdf_surface(*i, h, ray.time),
         }
     }
 
@@ -217,6 +228,12 @@ impl Geometry {
     fn curve_surface(&self, piece: u32, hit: &CurveHit, ray: &Ray) -> Surface {
         let number = self.quadrics.len() as u32 + piece;
         self.curves.surface((piece, number), hit, ray)
+    }
+
+    #[inline(never)]
+    fn sdf_surface(&self, cell: u32, hit: &SdfHit, time: f32) -> Surface {
+        let number = (self.quadrics.len() + self.curves.pieces.len()) as u32 + cell;
+        self.sdfs.surface((cell, number), hit, time)
     }
 
     /// ∂p/∂u and ∂p/∂v at a surface, world space; some tangents where the uvs are degenerate.
@@ -230,7 +247,11 @@ impl Geometry {
                 }
                 Some(piece) => {
                     let ns = to_world.map_or(s.ns, |t| t.inverse().normal(s.ns).normalize());
-                    self.curves.tangents(piece, s.uv, ns)
+                    match (piece as usize) < self.curves.pieces.len() {
+                        true => self.curves.tangents(piece, s.uv, ns),
+                        // Distance grids have no uv.
+                        false => ns.coordinate_system(),
+                    }
                 }
             },
             triangle => self.triangles.tangents(triangle),
@@ -375,10 +396,16 @@ impl Group {
             let hit = all.quadrics[index as usize].intersect(ray, t_max)?;
             return Some((hit.t, Primitive::Quadric(index, hit)));
         }
+        let i = i - self.quadric_count;
+        if i >= self.piece_count {
+            let cell = self.first_cell + i - self.piece_count;
+            let hit = all.sdfs.intersect(cell, ray, t_max)?;
+            return Some((hit.t, Primitive::Sdf(cell, hit)));
+        }
         if space.is_none() {
             *space = RaySpace::new(ray);
         }
-        let piece = self.first_piece + i - self.quadric_count;
+        let piece = self.first_piece + i;
         let hit = all.curves.intersect(piece, space.as_ref()?, t_max)?;
         Some((hit.t, Primitive::Curve(piece, hit)))
     }
@@ -408,6 +435,7 @@ impl Primitive {
             Primitive::Triangle(i, _) => geometry.triangles.mesh(*i).shape,
             Primitive::Quadric(i, _) => geometry.quadrics[*i as usize].shape,
             Primitive::Curve(i, _) => geometry.curves.set(*i).shape,
+            Primitive::Sdf(i, _) => geometry.sdfs.grid(*i).shape,
         }
     }
 
@@ -417,6 +445,7 @@ impl Primitive {
             Primitive::Triangle(i, b) => (*i as u64, b[1].to_bits()),
             Primitive::Quadric(i, h) => (*i as u64 | 1 << 40, h.t.to_bits()),
             Primitive::Curve(i, h) => (*i as u64 | 1 << 41, h.t.to_bits()),
+            Primitive::Sdf(i, h) => (*i as u64 | 1 << 42, h.t.to_bits()),
         };
         let bits = |v: Vec3| {
             (v.x.to_bits() as u64) ^ (v.y.to_bits() as u64) << 21 ^ (v.z.to_bits() as u64) << 42

@@ -219,7 +219,7 @@ impl<'a> Converter<'a> {
         // 0.6 lets the scene say which box it is.
         let given = ["min", "max"].map(|n| self.vector(object, n));
         let (path, span) = self.file(object, "filename")?;
-        let file = match vol::read(&path) {
+        let file = match vol::read(&path, vol::Samples::Amounts) {
             Ok(file) => file,
             Err(cause) => {
                 let message = format!("can't read the volume `{}`: {cause}", path.display());

@@ -19,10 +19,12 @@
 
 mod bsdfs;
 mod convert;
+mod curves;
 mod daylight;
 mod document;
 mod emitters;
 mod fibres;
+mod fields;
 mod find;
 mod gratings;
 mod integrators;

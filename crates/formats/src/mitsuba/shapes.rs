@@ -5,12 +5,11 @@ use super::document::{Kind, Object, ObjectId, Value};
 use super::matrix;
 use super::resources::MeshPlace;
 use super::textures::Role;
-use crate::curve_file::{ControlPoint, read_curves};
 use crate::resources::{MeshRequest, NormalMode};
 use kaustika_math::{Transform, Vec3};
 use kaustika_scene::description::{
-    CurveProfile, CurveSegment, Curves, EmissionDesc, GeometryDesc, GroupDesc, GroupId,
-    InstanceDesc, MediumId, ShapeDesc, Span, TriMesh,
+    EmissionDesc, GeometryDesc, GroupDesc, GroupId, InstanceDesc, MediumId, ShapeDesc, Span,
+    TriMesh,
 };
 use std::sync::Arc;
 
@@ -29,6 +28,8 @@ const KNOWN: &[&str] = &[
     "merge",
     "bsplinecurve",
     "linearcurve",
+    "sdfgrid",
+    "ellipsoids",
 ];
 
 /// Geometry with its own placement, and a mesh file if there is one to load.
@@ -158,8 +159,9 @@ impl<'a> Converter<'a> {
             flip_normals = !flip_normals;
         }
         let mut emission = self.emission(object);
-        if emission.is_some() && is_curve {
-            let message = "light sources on curves are not supported";
+        let is_dark = is_curve || matches!(form.geometry, GeometryDesc::SdfGrid(_));
+        if emission.is_some() && is_dark {
+            let message = format!("light sources on a `{}` are not supported", object.plugin);
             self.out.diagnostics.warning(object.span, message).label("does not shine");
             emission = None;
         }
@@ -211,6 +213,8 @@ impl<'a> Converter<'a> {
             "rectangle" => GeometryDesc::Rectangle.into(),
             "cube" => GeometryDesc::Cube.into(),
             "bsplinecurve" | "linearcurve" => GeometryDesc::Curves(self.curves(object)?).into(),
+            "sdfgrid" => self.sdf_grid(object)?.into(),
+            "ellipsoids" => self.ellipsoids(object)?.into(),
             "disk" => {
                 GeometryDesc::Disk { height: 0.0, radius: 1.0, inner_radius: 0.0, phi_max: 360.0 }
                     .into()
@@ -260,39 +264,6 @@ impl<'a> Converter<'a> {
         let local = super::document::invertible(&frame)?;
         let geometry = GeometryDesc::Cylinder { radius, z_min: 0.0, z_max: length, phi_max: 360.0 };
         Some(Form { geometry, local, mesh: None })
-    }
-
-    /// The curves of a file, in the space around.
-    fn curves(&mut self, object: &'a Object) -> Option<Arc<Curves>> {
-        let to_world = self.transform(object, "to_world");
-        let (path, span) = self.file(object, "filename")?;
-        let is_spline = object.plugin == "bsplinecurve";
-        let curves = match read_curves(&path, if is_spline { 4 } else { 2 }) {
-            Ok(curves) => curves,
-            Err(cause) => {
-                self.out.diagnostics.error(span, format!("can't read curves {cause}"));
-                return None;
-            }
-        };
-        let point = |p: &ControlPoint| to_world.point(Vec3::new(p[0], p[1], p[2]));
-        let splines = |c: &Vec<ControlPoint>| -> Vec<CurveSegment> {
-            let of = |w: &[ControlPoint]| {
-                let (p, r) = (|i: usize| point(&w[i]), |i: usize| w[i][3]);
-                CurveSegment::from_bspline([0, 1, 2, 3].map(p), [0, 1, 2, 3].map(r))
-            };
-            c.windows(4).map(of).collect()
-        };
-        let lines = |c: &Vec<ControlPoint>| -> Vec<CurveSegment> {
-            let of = |w: &[ControlPoint]| {
-                CurveSegment::straight([point(&w[0]), point(&w[1])], [w[0][3], w[1][3]])
-            };
-            c.windows(2).map(of).collect()
-        };
-        let (profile, segments) = match is_spline {
-            true => (CurveProfile::Tube, curves.iter().flat_map(splines).collect()),
-            false => (CurveProfile::Spheres, curves.iter().flat_map(lines).collect()),
-        };
-        Some(Arc::new(Curves { profile, segments, normals: Vec::new() }))
     }
 
     fn mesh(&mut self, object: &'a Object) -> Form {

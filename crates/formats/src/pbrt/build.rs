@@ -13,7 +13,7 @@ use kaustika_scene::description::{
     Span, TextureId, TextureNode,
 };
 use kaustika_spectra::SpectrumDesc;
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 /// Progress of something that may refer to others of its kind.
@@ -43,6 +43,8 @@ pub(super) struct Builder {
     /// Definitions that are being built within one another.
     pub depth: usize,
     default_material: Option<MaterialId>,
+    /// What fills shapes of a material that scatters below the surface.
+    pub insides: HashMap<MaterialId, MediumId>,
     /// Places of names that were reported as unknown.
     unknown: HashSet<u64>,
     main: PathBuf,
@@ -81,6 +83,7 @@ pub(super) fn build(mut reader: Reader) -> SceneDescription {
         measured: MeasuredFiles::default(),
         depth: 0,
         default_material: None,
+        insides: HashMap::new(),
         unknown: HashSet::new(),
         main: reader.main,
     };

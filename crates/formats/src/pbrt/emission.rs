@@ -123,6 +123,8 @@ fn area(geometry: &GeometryDesc, t: &Transform) -> (f32, usize, bool) {
         }
         // They do not shine.
         GeometryDesc::Curves(_) => (0.0, 0, true),
+        // pbrt has none.
+        GeometryDesc::Ellipsoids(_) | GeometryDesc::SdfGrid(_) => (0.0, 0, true),
         GeometryDesc::Rectangle => (4.0, 1, true),
         GeometryDesc::Cube => (24.0, 1, true),
     }

@@ -29,13 +29,22 @@ const KINDS: [&str; 12] = [
 impl Builder {
     /// The material an entity means; the default one, and an error, if it is none.
     pub fn material(&mut self, e: &mut Entity, name: &str) -> MaterialId {
-        let model = self.model(e);
+        let (model, inside) = match e.kind.text.as_str() {
+            "subsurface" => self.subsurface(e),
+            _ => (self.model(e), None),
+        };
         let Some(model) = model else {
             e.params.ignore_rest();
             return self.default_material();
         };
         let interface = matches!(model, MaterialModel::Null { .. });
         let plain = matches!(model, MaterialModel::Mix { .. }) || interface;
+        let inside = match &model {
+            MaterialModel::Mix { a, b, .. } => {
+                [a, b].into_iter().find_map(|part| self.insides.get(part).copied())
+            }
+            _ => inside,
+        };
         let mut id = self.desc.add_material(name, model, Some(e.span));
         if !plain {
             id = self.shading_frame(e, name, id);
@@ -48,6 +57,9 @@ impl Builder {
         // As pbrt-v4 does, for materials made from those of other kinds.
         if interface {
             e.params.ignore_rest();
+        }
+        if let Some(medium) = inside {
+            self.insides.insert(id, medium);
         }
         let what = format!("material `{}`", e.kind.text);
         e.params.report_unused(&mut self.desc.diagnostics, &what);
@@ -125,7 +137,6 @@ impl Builder {
             "interface" => MaterialModel::Null { counts: false },
             "hair" => self.hair(e),
             "measured" => self.measured(e)?,
-            "subsurface" => self.subsurface(e)?,
             kind => {
                 let message = format!("unknown material `{kind}`");
                 self.desc.diagnostics.error(e.kind.span, message).nearest(kind, &KINDS);
@@ -135,7 +146,7 @@ impl Builder {
     }
 
     /// Roughness along u and v, each falling back to the common one, which is 0.
-    fn roughness(&mut self, e: &mut Entity, names: [&'static str; 3]) -> RoughnessDesc {
+    pub(super) fn roughness(&mut self, e: &mut Entity, names: [&'static str; 3]) -> RoughnessDesc {
         let [u, v, both] = names;
         let common = self.float_texture(e, both, 0.0);
         let alpha_u = self.float_texture_or_none(e, u).unwrap_or(common);
@@ -265,27 +276,5 @@ impl Builder {
                 None
             }
         }
-    }
-
-    fn subsurface(&mut self, e: &mut Entity) -> Option<MaterialModel> {
-        let message = "material `subsurface` is not supported, a coated diffuse is used";
-        self.notes.warning(e.kind.span, message);
-        let reflectance = self.albedo(e, "reflectance", 0.8);
-        let eta = e.params.float(&mut self.desc.diagnostics, "eta", 1.33);
-        let roughness = self.roughness(e, ["uroughness", "vroughness", "roughness"]);
-        let coat = CoatDesc {
-            ior: IorDesc::Constant(eta),
-            roughness,
-            thickness: self.desc.float(0.01),
-            albedo: self.constant(0.0),
-            g: self.desc.float(0.0),
-            max_depth: 10,
-            samples: 1,
-        };
-        // The rest describes the inside.
-        e.params.own.iter_mut().for_each(|p| {
-            p.used |= !matches!(p.name.as_str(), "displacement" | "normalmap");
-        });
-        Some(MaterialModel::CoatedDiffuse { reflectance, coat })
     }
 }

@@ -7,7 +7,8 @@ use super::spectrum::unit_luminance;
 use crate::presets::{preset, preset_names};
 use kaustika_math::{Transform, Vec3};
 use kaustika_scene::description::{
-    CoefficientsDesc, FieldDesc, GlowDesc, GlowSource, GridDesc, GridLayout, MediumDesc, PhaseDesc,
+    CloudDesc, CoefficientsDesc, DensityDesc, FieldDesc, GlowDesc, GlowSource, GridDesc,
+    GridLayout, MediumDesc, PhaseDesc,
 };
 use kaustika_spectra::{ColorSpace, SpectrumDesc};
 use std::sync::Arc;
@@ -15,11 +16,11 @@ use std::sync::Arc;
 const KINDS: [&str; 5] = ["homogeneous", "uniformgrid", "rgbgrid", "cloud", "nanovdb"];
 
 /// The coefficients, the density, the box and the emission of a medium.
-struct Parts {
-    coefficients: CoefficientsDesc,
-    density: Option<Arc<GridDesc>>,
-    extent: Option<Transform>,
-    glow: Option<GlowDesc>,
+pub(super) struct Parts {
+    pub(super) coefficients: CoefficientsDesc,
+    pub(super) density: Option<DensityDesc>,
+    pub(super) extent: Option<Transform>,
+    pub(super) glow: Option<GlowDesc>,
 }
 
 impl Builder {
@@ -97,11 +98,8 @@ impl Builder {
             // pbrt-v3 called it so.
             "uniformgrid" | "heterogeneous" => self.uniform_grid(e, to_world),
             "rgbgrid" => self.rgb_grid(e, to_world),
-            "cloud" | "nanovdb" => {
-                let message = format!("medium type `{}` is not supported", kind.text);
-                self.desc.diagnostics.warning(kind.span, message).label("its space is left empty");
-                None
-            }
+            "cloud" => self.cloud(e, to_world),
+            "nanovdb" => self.nanovdb(e, to_world),
             _ => {
                 let message = format!("unknown medium type `{}`", kind.text);
                 self.desc.diagnostics.error(kind.span, message).nearest(&kind.text, &KINDS);
@@ -111,7 +109,7 @@ impl Builder {
     }
 
     /// `preset`, or else `sigma_a` and `sigma_s`, each 1 if it is not given.
-    fn coefficients(&mut self, e: &mut Entity) -> CoefficientsDesc {
+    pub(super) fn coefficients(&mut self, e: &mut Entity) -> CoefficientsDesc {
         let mut found = None;
         if let Some(name) = e.params.string(&mut self.desc.diagnostics, "preset") {
             found = preset(&name.text);
@@ -235,7 +233,22 @@ impl Builder {
                 }
             }
         }
-        Some(Parts { coefficients, density: Some(density), extent: Some(extent), glow })
+        let density = Some(DensityDesc::Grid(density));
+        Some(Parts { coefficients, density, extent: Some(extent), glow })
+    }
+
+    /// `cloud`
+    fn cloud(&mut self, e: &mut Entity, to_world: &Transform) -> Option<Parts> {
+        let coefficients = self.coefficients(e);
+        let extent = Some(self.extent(e, to_world)?);
+        let diag = &mut self.desc.diagnostics;
+        let density = Some(DensityDesc::Cloud(CloudDesc {
+            density: e.params.float(diag, "density", 1.0),
+            wispiness: e.params.float(diag, "wispiness", 1.0),
+            frequency: e.params.float(diag, "frequency", 5.0),
+            to_world: *to_world,
+        }));
+        Some(Parts { coefficients, density, extent, glow: None })
     }
 
     fn rgb_grid(&mut self, e: &mut Entity, to_world: &Transform) -> Option<Parts> {

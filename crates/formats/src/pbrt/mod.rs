@@ -25,6 +25,7 @@ mod lights;
 mod materials;
 mod media;
 mod meshes;
+mod nanovdb;
 mod notes;
 mod number;
 mod options;
@@ -32,6 +33,7 @@ mod param;
 mod reader;
 mod shapes;
 mod spectrum;
+mod subsurface;
 #[cfg(test)]
 mod tests;
 mod textures;

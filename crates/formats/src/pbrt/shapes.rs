@@ -176,6 +176,8 @@ impl Builder {
             emission = None;
         }
         let (interior, exterior) = (self.medium(&s.inside), self.medium(&s.outside));
+        // Matter that scatters below the surface fills the shape.
+        let interior = self.insides.get(&material).copied().or(interior);
         Some(ShapeDesc {
             name: String::new(),
             geometry: geometry?,

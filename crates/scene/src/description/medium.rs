@@ -21,7 +21,7 @@ pub struct MediumDesc {
     /// Multiplies the coefficients (not an albedo).
     pub scale: f32,
     /// Multiplies the coefficients at each point.
-    pub density: Option<Arc<GridDesc>>,
+    pub density: Option<DensityDesc>,
     /// Light of its own.
     pub glow: Option<GlowDesc>,
     /// Into which directions it scatters.
@@ -39,6 +39,28 @@ pub enum CoefficientsDesc {
     AbsorptionScattering(FieldDesc, FieldDesc),
     /// Extinction σₜ = σₐ + σₛ and single-scattering albedo σₛ/σₜ.
     ExtinctionAlbedo(FieldDesc, FieldDesc),
+}
+
+/// A number that varies over space.
+#[derive(Clone, Debug, PartialEq)]
+pub enum DensityDesc {
+    /// Sampled.
+    Grid(Arc<GridDesc>),
+    /// Made from noise.
+    Cloud(CloudDesc),
+}
+
+/// pbrt-v4's procedural cloud.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CloudDesc {
+    /// Multiplies the noise.
+    pub density: f32,
+    /// How strongly the noise is distorted, 0 not at all.
+    pub wispiness: f32,
+    /// Lattice cells of the noise per unit of its own space.
+    pub frequency: f32,
+    /// Own space, in which it thins out along y from 0 to 1, to world.
+    pub to_world: Transform,
 }
 
 /// A colour that may vary over space.

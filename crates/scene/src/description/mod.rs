@@ -6,6 +6,7 @@
 mod bitmap;
 mod camera;
 mod curve;
+mod ellipsoid;
 mod grating;
 mod hair;
 mod light;
@@ -14,6 +15,7 @@ mod measured;
 mod medium;
 mod mesh;
 mod metallic_roughness;
+mod sdf;
 mod shape;
 mod source;
 mod texture;
@@ -23,6 +25,7 @@ pub use camera::{
     CameraDesc, CameraKind, FilmDesc, FilterChoice, FovAxis, IntegratorDesc, MeterTarget,
 };
 pub use curve::{CurveProfile, CurveSegment, Curves};
+pub use ellipsoid::Ellipsoid;
 pub use grating::{GratingDesc, GratingProfileDesc};
 pub use hair::{FibreLayout, HairAbsorption, HairDesc};
 pub use light::{EnvironmentLayout, LightDesc, LightKind, SkyDesc, SpotFalloff};
@@ -32,14 +35,15 @@ pub use material::{
 };
 pub use measured::{MeasuredBrdf, MeasuredChannels, SquareTable};
 pub use medium::{
-    CoefficientsDesc, FieldDesc, GlowDesc, GlowSource, GridDesc, GridLayout, MediumDesc, MediumId,
-    PhaseDesc,
+    CloudDesc, CoefficientsDesc, DensityDesc, FieldDesc, GlowDesc, GlowSource, GridDesc,
+    GridLayout, MediumDesc, MediumId, PhaseDesc,
 };
 pub use mesh::{MeshAttribute, TriMesh};
 pub use metallic_roughness::{
     AnisotropyDesc, ClearcoatDesc, DiffuseTransmissionDesc, IridescenceDesc, MetallicRoughnessDesc,
     SheenDesc, TangentSpace, VolumeDesc,
 };
+pub use sdf::{SdfGrid, SdfNormals};
 pub use shape::{
     EmissionDesc, GeometryDesc, GroupDesc, GroupId, InstanceDesc, MotionKey, ShapeDesc,
 };

@@ -1,6 +1,6 @@
 //! Shapes and instances.
 
-use super::{Curves, MaterialId, MediumId, Span, TextureId, TriMesh};
+use super::{Curves, Ellipsoid, MaterialId, MediumId, SdfGrid, Span, TextureId, TriMesh};
 use kaustika_math::Transform;
 use std::sync::Arc;
 
@@ -69,6 +69,10 @@ pub enum GeometryDesc {
     },
     /// Curves with a width.
     Curves(Arc<Curves>),
+    /// Ellipsoids, met from outside only.
+    Ellipsoids(Arc<Vec<Ellipsoid>>),
+    /// Where a sampled signed distance is zero, within the unit cube; normals outward.
+    SdfGrid(Arc<SdfGrid>),
     /// The square [-1,1]² in the plane z = 0, normal +z, uv = (xy + 1)/2.
     Rectangle,
     /// The cube [-1,1]³, normals outward, uv over each face.

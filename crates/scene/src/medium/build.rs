@@ -1,10 +1,13 @@
 //! From described media to ready ones.
 
+use super::cloud::Cloud;
 use super::grid::Grid;
 use super::majorant::MajorantGrid;
-use super::matter::{Field, Glow, KELVIN_STEP, KELVIN_STEPS, Matter, Source};
+use super::matter::{Density, Field, Glow, KELVIN_STEP, KELVIN_STEPS, Matter, Source};
 use super::{Medium, Phase};
-use crate::description::{CoefficientsDesc, FieldDesc, GlowDesc, GlowSource, MediumDesc};
+use crate::description::{
+    CoefficientsDesc, DensityDesc, FieldDesc, GlowDesc, GlowSource, MediumDesc,
+};
 use kaustika_math::Transform;
 use kaustika_spectra::{ColorMode, CompiledSpectrum, SpectrumDesc, SpectrumRole, Wavelengths};
 
@@ -24,14 +27,17 @@ impl Medium {
                 (field(t, role, mode), field(a, Albedo, mode), true)
             }
         };
-        let density = desc.density.as_ref().map(Grid::new);
+        let density = desc.density.as_ref().map(|density| match density {
+            DensityDesc::Grid(grid) => Density::Grid(Grid::new(grid)),
+            DensityDesc::Cloud(cloud) => Density::Cloud(Box::new(Cloud::new(cloud))),
+        });
         let matter = Matter { first, second, has_albedo, scale: desc.scale.max(0.0), density };
         let glow = desc.glow.as_ref().map(|g| glow(g, mode));
         let glow_varies = glow.as_ref().is_some_and(|g| match &g.source {
             Source::Radiance(Field::Constant(_)) => g.grid.is_some(),
             _ => true,
         });
-        let varies = matter.grids().next().is_some() || glow_varies;
+        let varies = !matter.is_uniform() || glow_varies;
         // What varies without a box is a medium whose grids repeat their border forever.
         let majorants = varies.then(|| {
             let whole = Transform::IDENTITY;
@@ -41,7 +47,10 @@ impl Medium {
             };
             let resolution = std::array::from_fn(|axis| {
                 let finest = matter.grids().map(|g| g.desc().resolution[axis]).max();
-                finest.unwrap_or(1).clamp(1, MOST_CELLS)
+                // Without grids it is a cloud that varies, or what glows.
+                finest
+                    .unwrap_or(if matter.is_uniform() { 1 } else { MOST_CELLS })
+                    .clamp(1, MOST_CELLS)
             });
             MajorantGrid::new(extent, resolution, |corners| matter.majorant(corners, mode))
         });

@@ -1,5 +1,6 @@
 //! Coefficients and emission of a medium, point by point.
 
+use super::cloud::Cloud;
 use super::grid::Grid;
 use crate::texture::uplift;
 use kaustika_math::Vec3;
@@ -68,6 +69,29 @@ fn grey(v: f32, lambda: &Wavelengths) -> Spectrum {
     }
 }
 
+/// A number that varies over space.
+#[derive(Debug)]
+pub(super) enum Density {
+    Grid(Grid),
+    Cloud(Box<Cloud>),
+}
+
+impl Density {
+    fn number(&self, p: Vec3) -> f32 {
+        match self {
+            Density::Grid(grid) => grid.number(p),
+            Density::Cloud(cloud) => cloud.number(p),
+        }
+    }
+
+    fn bound(&self, corners: impl Iterator<Item = Vec3>) -> f32 {
+        match self {
+            Density::Grid(grid) => grid.bound(corners),
+            Density::Cloud(cloud) => cloud.bound(corners),
+        }
+    }
+}
+
 /// σₐ and σₛ, or σₜ and the albedo, times a density.
 #[derive(Debug)]
 pub(super) struct Matter {
@@ -80,7 +104,7 @@ pub(super) struct Matter {
     /// Multiplies the coefficients.
     pub(super) scale: f32,
     /// Multiplies them at each point.
-    pub(super) density: Option<Grid>,
+    pub(super) density: Option<Density>,
 }
 
 impl Matter {
@@ -115,13 +139,21 @@ impl Matter {
         [a * 1.0001, a * varying * 1.0001]
     }
 
+    /// True if the coefficients are the same everywhere.
+    pub(super) fn is_uniform(&self) -> bool {
+        self.density.is_none() && self.grids().next().is_none()
+    }
+
     /// The grids that decide how fine majorants are.
     pub(super) fn grids(&self) -> impl Iterator<Item = &Grid> {
         let fields = [&self.first, &self.second].into_iter().filter_map(|field| match field {
             Field::Grid(grid, _) => Some(grid),
             Field::Constant(_) => None,
         });
-        fields.chain(&self.density)
+        fields.chain(self.density.as_ref().and_then(|density| match density {
+            Density::Grid(grid) => Some(grid),
+            Density::Cloud(_) => None,
+        }))
     }
 }
 

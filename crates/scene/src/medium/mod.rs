@@ -10,6 +10,7 @@
 //! collisions need.
 
 mod build;
+mod cloud;
 mod grid;
 mod majorant;
 mod matter;

@@ -1,15 +1,17 @@
 //! Shapes: where rays meet them, what is there, and how to choose points on them.
 //!
 //! Triangles live in flat arrays and are met through [`kaustika_accel::TriangleBvh`]; the
-//! analytic shapes are [`Quadric`]s, intersected in double precision in their own space, and
-//! pieces of curves ([`CurveStore`]).
+//! analytic shapes are [`Quadric`]s, intersected in double precision in their own space, pieces of
+//! curves ([`CurveStore`]), and cells of signed distance grids ([`SdfStore`]).
 
 mod curve;
 mod quadric;
+mod sdf;
 mod triangle;
 
 pub use curve::{CurveHit, CurveStore, RaySpace};
 pub use quadric::{Quadric, QuadricForm, QuadricHit};
+pub use sdf::{SdfHit, SdfStore};
 pub use triangle::{MeshRange, TriangleStore};
 
 use kaustika_math::Vec3;

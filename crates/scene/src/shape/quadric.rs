@@ -51,6 +51,8 @@ pub struct Quadric {
     pub to_world: Transform,
     /// True if normals point the other way.
     pub flip: bool,
+    /// True if rays from inside pass: of two hits only the first counts.
+    pub from_outside: bool,
     /// Shape in the scene's list.
     pub shape: u32,
     /// The light it is.
@@ -120,7 +122,8 @@ impl Quadric {
         d: [f64; 3],
         t_max: f32,
     ) -> Option<QuadricHit> {
-        roots.into_iter().find_map(|t| {
+        let counted = if self.from_outside { 1 } else { 2 };
+        roots.into_iter().take(counted).find_map(|t| {
             if !(t > 0.0 && (t as f32) < t_max && t as f32 > 0.0) {
                 return None;
             }
@@ -359,7 +362,15 @@ mod tests {
     use super::*;
 
     fn quadric(form: QuadricForm, to_world: Transform) -> Quadric {
-        Quadric { form, phi_max: 2.0 * PI, to_world, flip: false, shape: 0, light: None }
+        Quadric {
+            form,
+            phi_max: 2.0 * PI,
+            to_world,
+            flip: false,
+            from_outside: false,
+            shape: 0,
+            light: None,
+        }
     }
 
     #[test]

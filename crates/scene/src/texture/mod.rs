@@ -14,6 +14,8 @@ mod procedural;
 pub use bitmap::BitmapSampler;
 pub use image_map::ImageMap;
 
+pub(crate) use noise::perlin;
+
 use crate::description::{NoiseKind, TextureId, TextureMapping};
 use kaustika_math::{Transform, Vec2, Vec3};
 use kaustika_spectra::{

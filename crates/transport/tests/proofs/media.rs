@@ -52,7 +52,8 @@ pub(crate) fn medium(form: Form, sigma_t: f32, albedo: f32, phase: PhaseDesc) ->
             let mut values = vec![2.0; 4 * 4 * 4];
             values[0] = 5.0;
             let values = grid([4, 4, 4], values);
-            (extinction(FieldDesc::Constant(grey(sigma_t))), Some(values), 0.5)
+            let density = Some(DensityDesc::Grid(values));
+            (extinction(FieldDesc::Constant(grey(sigma_t))), density, 0.5)
         }
     };
     let extent = (form != Form::Even).then(|| at(-2.0, -2.0, -2.0) * self::scale(4.0, 4.0, 4.0));

@@ -6,11 +6,14 @@
 //! polygons into fans about corner 0. Other elements are passed over.
 
 mod attributes;
+mod ellipsoids;
 mod header;
 #[cfg(test)]
 mod tests;
 mod values;
 mod vertices;
+
+pub use ellipsoids::{StoredEllipsoid, read_ellipsoids};
 
 use attributes::{Reading, Slots};
 use header::{Element, Encoding, Kind, Scalar};

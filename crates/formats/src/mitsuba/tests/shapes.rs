@@ -137,3 +137,95 @@ fn faults_of_curve_files_are_told_where_they_are_named() {
         "error 2:32 can't read curves hair.txt:2: a curve ends after 2 of at least 4 points"
     );
 }
+
+/// A volume file of these samples.
+fn vol(resolution: [i32; 3], samples: &[f32]) -> Vec<u8> {
+    let mut bytes = b"VOL\x03".to_vec();
+    for i in [1, resolution[0], resolution[1], resolution[2], 1] {
+        bytes.extend(i.to_le_bytes());
+    }
+    let floats = [0.0f32, 0.0, 0.0, 1.0, 1.0, 1.0];
+    bytes.extend(floats.iter().chain(samples).flat_map(|f| f.to_le_bytes()));
+    bytes
+}
+
+#[test]
+fn distance_grids() {
+    let shape = |file: &str, more: &str| {
+        format!(
+            "<shape type=\"sdfgrid\"><string name=\"filename\" value=\"{file}\"/>{more}</shape>\n"
+        )
+    };
+    let normals = r#"<string name="normals" value="analytic"/>"#;
+    let place = r#"<transform name="to_world"><scale value="2"/></transform>"#;
+    let lamp = r#"<emitter type="area"/>"#;
+    let xml = format!(
+        "<scene version=\"3.0.0\">\n{}{}{}{}{}</scene>",
+        shape("a.vol", place),
+        shape("a.vol", normals),
+        shape("flat.vol", ""),
+        shape("full.vol", ""),
+        shape("a.vol", lamp),
+    );
+    let files = Files::new(&[("scene.xml", &xml)]);
+    let distances = [-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0];
+    for (name, bytes) in [
+        ("a.vol", vol([2, 2, 2], &distances)),
+        ("flat.vol", vol([2, 2, 1], &distances[..4])),
+        ("full.vol", vol([2, 2, 2], &[-1.0; 8])),
+    ] {
+        std::fs::write(files.folder.path().join(name), bytes).expect("files can be written");
+    }
+    let d = files.read("scene.xml", &[]);
+    let grid = |i: usize| match &d.shapes[i].geometry {
+        GeometryDesc::SdfGrid(grid) => grid.clone(),
+        other => panic!("{other:?}"),
+    };
+    assert_eq!((grid(0).resolution, grid(0).normals), ([2; 3], SdfNormals::Smooth));
+    assert_eq!(grid(0).values, distances);
+    assert_eq!(d.shapes[0].transform.point(Vec3::X), Vec3::X * 2.0);
+    assert_eq!(grid(1).normals, SdfNormals::Analytic);
+    assert_eq!(
+        files.messages(&d),
+        [
+            "error 4:54 can't read the distance grid `flat.vol`: 2 x 2 x 1 samples enclose no cells",
+            "error 5:54 can't read the distance grid `full.vol`: its distances are all of one sign: \
+             there is no surface",
+            "warning 6:1 light sources on a `sdfgrid` are not supported | does not shine",
+        ]
+    );
+}
+
+#[test]
+fn ellipsoids_have_their_extent() {
+    let ply = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n\
+        property float z\nproperty float opacity\nproperty float scale_0\nproperty float scale_1\n\
+        property float scale_2\nproperty float rot_0\nproperty float rot_1\nproperty float rot_2\n\
+        property float rot_3\nend_header\n\
+        1 2 3 40 0 0 0.5 1 0 0 0\n4 0 0 -40 0 0 0 1 0 0 0\n";
+    let shape = |more: &str| {
+        format!(
+            "<shape type=\"ellipsoids\"><string name=\"filename\" value=\"g.ply\"/>{more}</shape>\n"
+        )
+    };
+    let adaptive = r#"<boolean name="extent_adaptive_clamping" value="true"/>"#;
+    let sized = r#"<float name="extent" value="2"/><float name="scale_factor" value="0.5"/>
+        <transform name="to_world"><translate x="1"/></transform>"#;
+    let body = [shape(""), shape(sized), shape(adaptive)].concat();
+    let xml = format!("<scene version=\"3.0.0\">{CAMERA}{body}</scene>");
+    let files = Files::new(&[("scene.xml", &xml), ("g.ply", ply)]);
+    let d = files.read("scene.xml", &[]);
+    assert_eq!(files.messages(&d), Vec::<String>::new());
+    let all = |i: usize| match &d.shapes[i].geometry {
+        GeometryDesc::Ellipsoids(all) => all.clone(),
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(all(0)[0].center, Vec3::new(1.0, 2.0, 3.0));
+    assert!((all(0)[0].radii - Vec3::new(3.0, 3.0, 3.0 * 0.5f32.exp())).length() < 1e-5);
+    assert_eq!(all(1)[1].radii, Vec3::splat(1.0));
+    assert_eq!(d.shapes[1].transform.point(Vec3::ZERO), Vec3::X);
+    // √(2 ln(opacity / 0.01)); the second is too faint to be there.
+    let extent = (2.0 * 100f32.ln()).sqrt();
+    assert_eq!(all(2).len(), 1);
+    assert!((all(2)[0].radii.x - extent).abs() < 1e-4);
+}

@@ -2,8 +2,8 @@
 
 use super::{material, messages, model, number, read, rgb, spectrum_name, world};
 use kaustika_scene::description::{
-    CoatDesc, ConductorColor, FibreLayout, HairAbsorption, IorDesc, MaterialModel, RoughnessDesc,
-    SceneDescription, TextureNode,
+    CoatDesc, CoefficientsDesc, ConductorColor, FibreLayout, FieldDesc, HairAbsorption, IorDesc,
+    MaterialModel, PhaseDesc, RoughnessDesc, SceneDescription, TextureNode,
 };
 use kaustika_spectra::SpectrumDesc;
 
@@ -192,18 +192,56 @@ Shape \"sphere\"";
 }
 
 #[test]
-fn kinds_we_lack_are_replaced_by_the_nearest() {
+fn subsurface_is_a_boundary_around_matter() {
     let text = "WorldBegin
-Material \"subsurface\" \"float eta\" 1.4 \"string name\" \"Skin1\"
-Shape \"sphere\"";
+Texture \"t\" \"spectrum\" \"checkerboard\"
+Material \"subsurface\" \"float eta\" 1.4 \"string name\" \"Skin1\" \"float scale\" 10
+Shape \"sphere\"
+Material \"subsurface\" \"rgb reflectance\" [ 1 .5 0 ] \"rgb mfp\" [ 1 2 4 ] \"float scale\" 2
+Shape \"sphere\"
+Material \"subsurface\" \"rgb sigma_a\" [ 1 2 3 ] \"rgb sigma_s\" [ 4 5 6 ] \"float g\" .5
+Shape \"sphere\"
+Material \"subsurface\"
+Shape \"sphere\"
+Material \"subsurface\" \"texture reflectance\" \"t\" \"float scale\" 2
+Shape \"sphere\"
+Material \"subsurface\" \"rgb sigma_a\" [ 1 2 3 ]";
     let s = read(text);
     assert_eq!(
         messages(&s),
-        "warning 2:10 <\"subsurface\"> material `subsurface` is not supported, a coated diffuse is \
-         used\n"
+        "error 13:10 <\"subsurface\"> `sigma_a` and `sigma_s` are needed together\n\
+         warning 11:23 <\"texture reflectance\"> `reflectance` varies over a `subsurface`, a coated \
+         diffuse is used\n"
     );
-    let MaterialModel::CoatedDiffuse { coat, .. } = model(&s, &s.shapes[0]) else { panic!() };
-    assert_eq!(coat.ior, IorDesc::Constant(1.4));
+    let inside = |i: usize| {
+        let m = &s.media[s.shapes[i].interior.expect("matter inside").0 as usize];
+        let rgb = |f: &FieldDesc| match f {
+            FieldDesc::Constant(SpectrumDesc::Rgb { rgb, .. }) => *rgb,
+            other => panic!("{other:?}"),
+        };
+        let CoefficientsDesc::AbsorptionScattering(a, s) = &m.coefficients else { panic!() };
+        (rgb(a).map(|v| v * m.scale), rgb(s).map(|v| v * m.scale), m.phase.clone())
+    };
+    let MaterialModel::Dielectric { ior, .. } = model(&s, &s.shapes[0]) else { panic!() };
+    assert_eq!(*ior, IorDesc::Constant(1.4));
+    let skin = ([0.32, 1.7, 4.8], [7.4, 8.8, 10.1]);
+    let (a, scattering, phase) = inside(0);
+    for k in 0..3 {
+        assert!((a[k] - skin.0[k]).abs() < 1e-5 && (scattering[k] - skin.1[k]).abs() < 1e-5);
+    }
+    assert_eq!(phase, PhaseDesc::Isotropic);
+    // Extinctions of 1 / (2 mfp); all, some and none of it scatters.
+    let (a, scattering, _) = inside(1);
+    for (k, sigma_t) in [0.5, 0.25, 0.125].into_iter().enumerate() {
+        assert!((a[k] + scattering[k] - sigma_t).abs() < 1e-6);
+    }
+    assert!(a[0] == 0.0 && scattering[1] > 0.24 && scattering[2] < 1e-6);
+    let given = ([1.0, 2.0, 3.0], [4.0, 5.0, 6.0], PhaseDesc::HenyeyGreenstein { g: 0.5 });
+    assert_eq!(inside(2), given);
+    let milk = ([0.0011, 0.0024, 0.014], [2.55, 3.21, 3.77], PhaseDesc::Isotropic);
+    assert_eq!(inside(3), milk);
+    assert!(matches!(model(&s, &s.shapes[4]), MaterialModel::CoatedDiffuse { .. }));
+    assert_eq!(s.shapes[4].interior, None);
 }
 
 #[test]

@@ -2,7 +2,9 @@
 
 use super::*;
 use kaustika_math::Vec3;
-use kaustika_scene::description::{CoefficientsDesc, FieldDesc, GlowSource, GridLayout, PhaseDesc};
+use kaustika_scene::description::{
+    CloudDesc, CoefficientsDesc, DensityDesc, FieldDesc, GlowSource, GridLayout, PhaseDesc,
+};
 use kaustika_spectra::{ColorSpace, SpectrumDesc};
 
 fn rgb(rgb: [f32; 3]) -> FieldDesc {
@@ -47,7 +49,7 @@ fn grids() {
     );
     assert_eq!(messages(&s), "");
     let m = &s.media[0];
-    let density = m.density.as_ref().expect("a density");
+    let Some(DensityDesc::Grid(density)) = &m.density else { panic!() };
     assert_eq!((density.resolution, density.layout), ([3, 2, 1], GridLayout::CellsFading));
     let extent = m.extent.expect("a box");
     assert_eq!(extent.point(Vec3::ZERO), Vec3::X * 10.0);
@@ -65,11 +67,26 @@ fn grids() {
 }
 
 #[test]
+fn clouds() {
+    let s = read(
+        "Translate 1 0 0 MakeNamedMedium \"a\" \"string type\" \"cloud\" \"float density\" 2
+         \"float wispiness\" 0.5 \"point3 p1\" [ 3 2 1 ] WorldBegin",
+    );
+    assert_eq!(messages(&s), "");
+    let m = &s.media[0];
+    let to_world = kaustika_math::Transform::translate(Vec3::X);
+    let cloud = CloudDesc { density: 2.0, wispiness: 0.5, frequency: 5.0, to_world };
+    assert_eq!(m.density, Some(DensityDesc::Cloud(cloud)));
+    let extent = m.extent.expect("a box");
+    assert_eq!(extent.point(Vec3::splat(1.0)), Vec3::new(4.0, 2.0, 1.0));
+}
+
+#[test]
 fn faults() {
     let s = read(
         "MakeNamedMedium \"a\" \"string type\" \"uniformgrid\" \"float density\" [ 1 2 ] \"integer nx\" 3
 MakeNamedMedium \"b\" \"string type\" \"homogeneous\" \"string preset\" \"Skin\" \"float g\" 1
-MakeNamedMedium \"c\" \"string type\" \"cloud\" \"float wispiness\" 1
+MakeNamedMedium \"c\" \"string type\" \"nanovdb\"
 MakeNamedMedium \"d\" \"string type\" \"foggy\"
 MakeNamedMedium \"e\" \"string type\" \"rgbgrid\"
 MakeNamedMedium \"f\"
@@ -81,7 +98,7 @@ WorldBegin",
         "error 1:49 <\"float density\"> `density` needs nx · ny · nz = 3 values, 2 given\n\
          warning 2:65 <\"Skin\"> no medium preset is called `Skin`; did you mean `Skin1`?\n\
          error 2:72 <\"float g\"> `g` must lie between -1 and 1, found 1\n\
-         warning 3:35 <\"cloud\"> medium type `cloud` is not supported (its space is left empty)\n\
+         error 3:1 <MakeNamedMedium> medium `nanovdb` needs `filename`\n\
          error 4:35 <\"foggy\"> unknown medium type `foggy`; known: homogeneous, uniformgrid, \
          rgbgrid, cloud, nanovdb\n\
          error 5:1 <MakeNamedMedium> medium `rgbgrid` needs `sigma_a` or `sigma_s`\n\
