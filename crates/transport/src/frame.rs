@@ -4,6 +4,7 @@ use kaustika_film::accumulate::Layers;
 use kaustika_film::path_expression::PathClasses;
 use kaustika_film::{FilterDesc, FilterSampler};
 use kaustika_math::Vec2;
+use kaustika_sampling::hash::combine;
 use kaustika_sampling::{SamplerConfig, SamplerPlan};
 use kaustika_spectra::Sensor;
 
@@ -37,6 +38,13 @@ pub struct FilmSample {
     pub film: Vec2,
     /// Filter weight.
     pub weight: f32,
+}
+
+/// A number in [0, 1) for a pass, for what all its paths share: van der Corput's, shifted.
+pub fn pass_number(index: u64, seed: u64) -> f32 {
+    let vdc = (index as u32).reverse_bits() >> 8;
+    let shift = (combine(seed, 0x7063) >> 40) as u32;
+    ((vdc + shift) & 0xff_ffff) as f32 / (1u32 << 24) as f32
 }
 
 impl Frame {

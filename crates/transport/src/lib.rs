@@ -10,6 +10,7 @@ pub mod features;
 pub mod frame;
 pub mod lights;
 pub mod method;
+pub mod nearest;
 pub mod particle;
 pub mod path;
 pub mod path_space;

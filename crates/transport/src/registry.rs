@@ -2,6 +2,7 @@
 
 use crate::bidirectional::{self, Bdpt, Vcm};
 use crate::method::{Method, MethodInfo};
+use crate::particle::photon_map::{self, PhotonMapper};
 use crate::particle::{self, LightTracer};
 use crate::path::{self, PathTracer};
 use serde::Deserialize;
@@ -58,6 +59,11 @@ pub static ALL: &[Entry] = &[
         info: &bidirectional::PPM_INFO,
         parameters: bidirectional::ppm_parameters,
         make: |p| Ok(Box::new(Vcm::ppm(parse(p)?))),
+    },
+    Entry {
+        info: &photon_map::INFO,
+        parameters: photon_map::parameters,
+        make: |p| Ok(Box::new(PhotonMapper::new(parse(p)?))),
     },
 ];
 

@@ -20,6 +20,7 @@ mod media;
 mod meters;
 mod mis;
 mod motion;
+mod photons;
 mod placing;
 mod polarized;
 mod refraction;

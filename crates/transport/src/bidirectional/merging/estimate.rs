@@ -13,7 +13,7 @@ use super::params::{Mode, VcmParams};
 use super::photons::{Photon, Photons};
 use super::recursion::{Carried, Weights};
 use crate::features::describe;
-use crate::frame::Frame;
+use crate::frame::{Frame, pass_number};
 use crate::method::{PassStats, RenderError};
 use crate::path_space::{
     self, CameraEnd, Closing, LightEnd, Passage, Splat, Start, Subpath, Tracks, Vertex, Walker,
@@ -95,13 +95,6 @@ impl Found<'_, '_> {
     }
 }
 
-/// A number in [0, 1) for a pass: van der Corput's, shifted.
-fn of_pass(index: u64, seed: u64) -> f32 {
-    let vdc = (index as u32).reverse_bits() >> 8;
-    let shift = (combine(seed, 0x7063) >> 40) as u32;
-    ((vdc + shift) & 0xff_ffff) as f32 / (1u32 << 24) as f32
-}
-
 impl<'a> Estimator<'a> {
     /// For pass `index`; `lights` are those for surfaces and those for emission.
     pub(super) fn new(
@@ -130,8 +123,8 @@ impl<'a> Estimator<'a> {
             max_depth: params.max_bounces() as usize,
             only_depth: usize::try_from(params.only_depth).ok(),
             count: count as f32,
-            lambda: Wavelengths::sample_for(scene.mode, of_pass(index, seed)),
-            time: of_pass(index, combine(seed, 1)),
+            lambda: Wavelengths::sample_for(scene.mode, pass_number(index, seed)),
+            time: pass_number(index, combine(seed, 1)),
         }
     }
 
