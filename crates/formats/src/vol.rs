@@ -14,7 +14,7 @@ use std::path::Path;
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct VolFile {
     pub(crate) resolution: [u32; 3],
-    /// 1 or 3.
+    /// 1, 3 or 6.
     pub(crate) channels: u32,
     pub(crate) values: Vec<f32>,
     /// The box that the samples fill.
@@ -57,8 +57,8 @@ fn parse(bytes: &[u8]) -> Result<VolFile, String> {
     }
     let resolution = resolution.map(|n| n as u32);
     let channels = int(4);
-    if channels != 1 && channels != 3 {
-        return Err(format!("{channels} channels are not supported, only 1 and 3"));
+    if ![1, 3, 6].contains(&channels) {
+        return Err(format!("{channels} channels are not supported, only 1, 3 and 6"));
     }
     // Three 31-bit numbers and a small one: no overflow in 128 bits.
     let count = resolution.iter().map(|n| u128::from(*n)).product::<u128>() * channels as u128;
@@ -73,7 +73,7 @@ fn parse(bytes: &[u8]) -> Result<VolFile, String> {
         }
         _ => samples.iter().map(|b| f32::from(*b) / 255.0).collect(),
     };
-    if let Some(i) = values.iter().position(|v| !v.is_finite() || *v < 0.0) {
+    if let Some(i) = values.iter().position(|v| !v.is_finite() || (*v < 0.0 && channels != 6)) {
         return Err(format!("sample {i} is {}: neither zero nor a positive number", values[i]));
     }
     let corner = |i| Vec3::new(float(i), float(i + 1), float(i + 2));
@@ -123,7 +123,7 @@ mod tests {
             "samples of encoding 2 are not supported, only 1 (f32) and 3 (bytes)"
         );
         assert_eq!(why(&file(1, [0, 1, 1], 1, &[])), "a resolution of 0 x 1 x 1 is no grid");
-        assert_eq!(why(&file(1, [1; 3], 2, &[])), "2 channels are not supported, only 1 and 3");
+        assert_eq!(why(&file(1, [1; 3], 2, &[])), "2 channels are not supported, only 1, 3 and 6");
         let huge = [i32::MAX; 3];
         assert!(why(&file(1, huge, 3, &[])).ends_with("are announced"));
         let nan = f32::NAN.to_le_bytes();

@@ -8,7 +8,9 @@ use crate::description::{
 use crate::error::BuildError;
 use crate::geometry::{Geometry, Group, Instance};
 use crate::lanes::{Lamps, Plain};
-use crate::light::{AreaLight, AreaShape, Light, LightSelection, LightSelectionKind, mean_power};
+use crate::light::{
+    AreaLight, AreaShape, Light, LightSelection, LightSelectionKind, NormalArea, mean_power,
+};
 use crate::material::Materials;
 use crate::medium::Medium;
 use crate::moving::Placement;
@@ -393,7 +395,9 @@ fn boundary(format: SourceFormat, desc: &ShapeDesc) -> Option<[Option<MediumId>;
 }
 
 fn area_light(e: &EmissionDesc, shape: AreaShape) -> Light {
-    Light::Area(AreaLight { shape, radiance: e.radiance, scale: e.scale, two_sided: e.two_sided })
+    let two_sided = e.two_sided && !e.along_normal;
+    let area = AreaLight { shape, radiance: e.radiance, scale: e.scale, two_sided };
+    if e.along_normal { Light::NormalArea(NormalArea(area)) } else { Light::Area(area) }
 }
 
 /// Which meaning the colours of each texture have.

@@ -55,7 +55,12 @@ impl<'a> Converter<'a> {
             "envmap" => self.envmap(object).into_iter().collect(),
             "projector" => self.projector(object).into_iter().collect(),
             "sunsky" | "sun" | "sky" => self.daylight(object),
-            "timed_sunsky" | "collimated" => {
+            "collimated" => {
+                self.note_unconnected(object);
+                let (power, scale) = self.light_spectrum(object, "power", 1.0);
+                vec![(LightKind::Beam { power, scale }, self.transform(object, "to_world"))]
+            }
+            "timed_sunsky" => {
                 self.replaced(object, "left out");
                 Vec::new()
             }
@@ -74,6 +79,16 @@ impl<'a> Converter<'a> {
 
     pub(super) fn medium_around(&mut self, object: &'a Object) -> Option<MediumId> {
         self.child(object, Kind::Medium).map(|(_, id)| self.medium(id))
+    }
+
+    /// Says which methods find a light that no point can be joined to.
+    pub(super) fn note_unconnected(&mut self, object: &Object) {
+        let message =
+            format!("the light of `{}` can't be found from the camera's side", object.plugin);
+        self.out
+            .diagnostics
+            .note(object.type_span, message)
+            .hint("render with `-m light`, `bdpt`, `vcm` or `sppm`; `path` leaves it out");
     }
 
     /// Either of two ways to place a light.

@@ -58,6 +58,13 @@ pub enum LightKind {
         /// Illuminance of a facing surface instead of `scale` (pbrt's `illuminance`).
         illuminance: Option<f32>,
     },
+    /// All light on one ray, from the origin along +z (Mitsuba 0.6's `collimated`).
+    Beam {
+        /// Power, W.
+        power: SpectrumDesc,
+        /// Multiplies it.
+        scale: f32,
+    },
     /// The same radiance from everywhere.
     Constant {
         /// Radiance, W/(m² sr).

@@ -33,7 +33,7 @@ pub use material::{
 pub use measured::{MeasuredBrdf, MeasuredChannels, SquareTable};
 pub use medium::{
     CoefficientsDesc, FieldDesc, GlowDesc, GlowSource, GridDesc, GridLayout, MediumDesc, MediumId,
-    PhaseDesc,
+    PhaseDesc, SggxDesc,
 };
 pub use mesh::{MeshAttribute, TriMesh};
 pub use metallic_roughness::{

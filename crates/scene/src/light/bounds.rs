@@ -16,6 +16,12 @@ impl Light {
         let point = |p: Vec3| Bounds3::of_points([p]);
         let (bounds, cone, emission, solid_angle, two_sided) = match self {
             Light::Environment(_) | Light::Directional(_) => return None,
+            // Chosen as little as can be: asking them brings nothing.
+            Light::Beam(l) => (point(l.p), Cone::around(l.direction), 0.0, f32::INFINITY, false),
+            Light::NormalArea(l) => {
+                let (bounds, cone, _) = l.0.extent(scene);
+                (bounds, cone, 0.0, f32::INFINITY, false)
+            }
             Light::Area(area) => {
                 let sides = if area.two_sided { 2.0 } else { 1.0 };
                 let (bounds, cone, solid_angle) = area.extent(scene);

@@ -1,6 +1,6 @@
 //! From described lights to ready ones.
 
-use super::{Directional, Environment, Goniometric, Light, Point, Projection, Spot};
+use super::{Beam, Directional, Environment, Goniometric, Light, Point, Projection, Spot};
 use crate::description::{LightDesc, LightKind};
 use crate::texture::ImageMap;
 use kaustika_math::Vec3;
@@ -42,6 +42,12 @@ impl Light {
                     scale: scale * illuminance.unwrap_or(1.0),
                 })
             }
+            LightKind::Beam { power, scale } => Light::Beam(Beam {
+                p: to_world.point(Vec3::ZERO),
+                direction: to_world.vector(Vec3::Z).normalize(),
+                power: illuminant(power, mode),
+                scale: *scale,
+            }),
             LightKind::Constant { radiance, scale, illuminance } => {
                 let scale = scale * illuminance.map_or(1.0, |e| e / PI);
                 Light::Environment(Environment::constant(illuminant(radiance, mode), scale))

@@ -29,6 +29,8 @@ pub enum Departure {
         /// Per area of a plane across the rays.
         pdf_a: f64,
     },
+    /// Along one ray: x₁ is a Dirac's, here of density 1.
+    Fixed,
 }
 
 impl Departure {
@@ -38,6 +40,7 @@ impl Departure {
         match *self {
             Departure::Point { p: from, pdf_w } => pdf_w * solid_angle_to_area(from, p, n),
             Departure::Parallel { d, pdf_a } => pdf_a * f64::from(n.abs_dot(d)),
+            Departure::Fixed => 1.0,
         }
     }
 }

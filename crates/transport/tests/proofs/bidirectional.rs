@@ -18,7 +18,7 @@ use std::sync::atomic::AtomicBool;
 const SIZE: [u32; 2] = [12, 8];
 
 /// The mean of the picture and of its quarters by a method; passes count as independent.
-fn means(scene: &Scene, method: &str, p: Value, passes: u64, seed: u64) -> Vec<RunningMean> {
+pub fn means(scene: &Scene, method: &str, p: Value, passes: u64, seed: u64) -> Vec<RunningMean> {
     let config =
         SamplerConfig { kind: SamplerKind::Independent, seed, spp: passes, resolution: SIZE };
     let frame = Frame::new(SIZE, FilterDesc::BOX, config);
@@ -47,14 +47,14 @@ fn means(scene: &Scene, method: &str, p: Value, passes: u64, seed: u64) -> Vec<R
 }
 
 /// Fails unless two pictures agree as a whole and quarter by quarter.
-fn agree(what: &str, a: &[RunningMean], b: &[RunningMean]) {
+pub fn agree(what: &str, a: &[RunningMean], b: &[RunningMean]) {
     for (i, (a, b)) in a.iter().zip(b).enumerate() {
         same(&format!("{what}, part {i}"), a, b);
     }
 }
 
 /// A box with an open front, a glossy block, and whatever lights it.
-fn room() -> Stage {
+pub fn room() -> Stage {
     let mut stage = Stage::new();
     let (white, red) = (stage.diffuse(0.7), stage.diffuse(0.3));
     let metal = stage.metal(0.3);

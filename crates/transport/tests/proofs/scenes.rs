@@ -155,7 +155,14 @@ impl Stage {
 
     pub fn emission(&mut self, radiance: f32) -> EmissionDesc {
         let radiance = self.d.float(radiance);
-        EmissionDesc { radiance, scale: 1.0, power: None, two_sided: false, span: None }
+        EmissionDesc {
+            radiance,
+            scale: 1.0,
+            power: None,
+            two_sided: false,
+            along_normal: false,
+            span: None,
+        }
     }
 
     /// A shape that reflects.

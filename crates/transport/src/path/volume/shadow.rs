@@ -143,7 +143,7 @@ impl<'a> Integrator<'a> {
         lambda: &Wavelengths,
     ) {
         let Some((t0, t1)) = medium.interval(ray, end) else { return };
-        if let Some(c) = medium.uniform(lambda) {
+        if let Some(c) = medium.uniform(ray.d, lambda) {
             let t = transmittance(c.sigma_t, t1 - t0);
             let p = if medium.scatters { t } else { Spectrum::ONE };
             return beam.event(t, Spectrum::ONE, p);
@@ -158,7 +158,7 @@ impl<'a> Integrator<'a> {
                 let step = rest / bar[hero];
                 t += step;
                 t_bar *= transmittance(bar, step);
-                let c = medium.at(ray.at(t), lambda);
+                let c = medium.at(ray.at(t), ray.d, lambda);
                 let null = (bar - c.sigma_t).clamp_zero() * t_bar;
                 let q = t_bar * bar;
                 beam.event(null, q, if medium.scatters { null } else { q });

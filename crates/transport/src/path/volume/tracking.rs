@@ -43,7 +43,7 @@ impl<'a> Integrator<'a> {
         let Some(id) = flight.medium else { return Travel::Passed };
         let medium = self.scene().medium(id);
         let Some(range) = medium.interval(&walk.segment.ray, end) else { return Travel::Passed };
-        let scattered = match medium.uniform(&walk.lambda) {
+        let scattered = match medium.uniform(walk.segment.ray.d, &walk.lambda) {
             Some(c) => self.travel_evenly(medium, &c, walk, flight, range),
             None => self.travel_by_collisions(medium, walk, flight, range),
         };
@@ -141,7 +141,7 @@ impl<'a> Integrator<'a> {
                 let step = rest / bar[hero];
                 t += step;
                 t_bar *= transmittance(bar, step);
-                let c = medium.at(ray.at(t), &lambda);
+                let c = medium.at(ray.at(t), ray.d, &lambda);
                 let p = t_bar * bar;
                 if shows && !c.glow.is_black() {
                     let mean = flight.shares.mean(flight.shares.camera * p);
