@@ -160,7 +160,7 @@ impl Scene {
         };
         scene.normalise_powers(&gathered.emissions);
         for light in &description.lights {
-            let built = Light::build(light, options.mode);
+            let built = Light::build(light, &description.textures, options.mode);
             if matches!(built, Light::Environment(_)) {
                 scene.environments.push(LightId(scene.lights.len() as u32));
             }
@@ -409,12 +409,19 @@ struct Roles {
 impl Roles {
     /// Textures used for emission or for indices of refraction, and their children.
     fn of(description: &SceneDescription) -> Roles {
-        use crate::description::{ConductorColor, FilterModel, HairAbsorption, HairDesc, IorDesc};
+        use crate::description::{
+            ConductorColor, FilterModel, HairAbsorption, HairDesc, IorDesc, LightKind,
+        };
         let mut roles = Roles { illuminants: HashSet::new(), unbounded: HashSet::new() };
         let shapes = description.shapes.iter();
         for shape in shapes.chain(description.groups.iter().flat_map(|g| &g.shapes)) {
             if let Some(e) = &shape.emission {
                 mark(description, e.radiance, &mut roles.illuminants);
+            }
+        }
+        for light in &description.lights {
+            if let LightKind::Projector { texture, .. } = light.kind {
+                mark(description, texture, &mut roles.illuminants);
             }
         }
         for material in &description.materials {

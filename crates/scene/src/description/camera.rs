@@ -119,6 +119,21 @@ pub enum FovAxis {
     Diagonal,
 }
 
+impl FovAxis {
+    /// Half extents of a picture of w x h pixels where the axis spans [-1, 1].
+    pub fn half_extents(self, [w, h]: [u32; 2]) -> [f32; 2] {
+        let aspect = w as f32 / h as f32;
+        let unit = match self {
+            FovAxis::X => 1.0,
+            FovAxis::Y => aspect,
+            FovAxis::Smaller => aspect.max(1.0),
+            FovAxis::Larger => aspect.min(1.0),
+            FovAxis::Diagonal => aspect / (1.0 + aspect * aspect).sqrt(),
+        };
+        [unit, unit / aspect]
+    }
+}
+
 /// The film of a camera.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilmDesc {

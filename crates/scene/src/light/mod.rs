@@ -19,6 +19,7 @@ mod pack;
 mod pair;
 mod point;
 mod portal;
+mod projector;
 mod selection;
 mod sky;
 mod sun;
@@ -29,6 +30,7 @@ pub use beam::{Beam, NormalArea};
 pub use environment::Environment;
 pub use learned::{LearnedLights, ShadingPoint};
 pub use point::{Directional, Goniometric, Point, Projection, Spot};
+pub use projector::Projector;
 pub(crate) use selection::FEW_LIGHTS;
 pub use selection::{LightChoice, LightSelection, LightSelectionKind, mean_power};
 
@@ -103,6 +105,8 @@ pub enum Light {
     Projection(Projection),
     /// A point with a measured or painted distribution.
     Goniometric(Goniometric),
+    /// A projected texture.
+    Projector(Projector),
     /// A ray.
     Beam(Beam),
     /// A surface that shines along its normals alone.
@@ -119,6 +123,7 @@ macro_rules! each_light {
             Light::Environment($l) => $e,
             Light::Projection($l) => $e,
             Light::Goniometric($l) => $e,
+            Light::Projector($l) => $e,
             Light::Beam($l) => $e,
             Light::NormalArea($l) => $e,
         }
@@ -157,6 +162,7 @@ impl Light {
             Light::Environment(l) => l.sample_li(scene, from, region, u, lambda),
             Light::Projection(l) => l.sample_li(scene, from, u, lambda),
             Light::Goniometric(l) => l.sample_li(scene, from, u, lambda),
+            Light::Projector(l) => l.sample_li(scene, from, u, lambda),
             Light::Beam(_) | Light::NormalArea(_) => None,
         }
     }
