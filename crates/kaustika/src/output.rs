@@ -17,6 +17,7 @@ const MIN_GROUPS: u64 = 8;
 pub fn picture(tree: &PassTree, record: &Record, seconds: f64) -> Picture {
     let mut picture = preview(tree);
     if let Some(total) = tree.total() {
+        add_bands(&mut picture, &total, &record.bands, tree.layers().offset_of_bands());
         add_features(&mut picture, tree, &total);
         let names = ["Variance.R", "Variance.G", "Variance.B"];
         add_rgb(&mut picture, names, |i| total.variance(i));
@@ -49,6 +50,18 @@ fn add_rgb(picture: &mut Picture, names: [&str; 3], pixel: impl Fn(usize) -> [f3
     }
     for (name, plane) in names.into_iter().zip(planes) {
         picture.push(name, plane);
+    }
+}
+
+/// (1) of [`Bands`](kaustika_film::accumulate::Bands).
+fn add_bands(picture: &mut Picture, total: &Total, names: &[String], offset: usize) {
+    for (band, name) in names.iter().enumerate() {
+        let at = offset + 2 * band;
+        let value = |i| match (total.id(i, at), total.id(i, at + 1)) {
+            (_, below) if below == 0.0 => 0.0,
+            (above, below) => above / below,
+        };
+        picture.push(name, (0..picture.pixel_count()).map(value).collect());
     }
 }
 

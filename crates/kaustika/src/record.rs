@@ -37,6 +37,9 @@ pub struct Record {
     pub light_sampler: Option<String>,
     /// Feature layers by name.
     pub layers: Vec<String>,
+    /// Channels by wavelength, by name.
+    #[serde(default)]
+    pub bands: Vec<String>,
     /// The camera's transform, row by row.
     pub world_to_camera: [[f32; 4]; 4],
 }
@@ -64,6 +67,7 @@ impl Record {
             ("crop", region(&self.region), region(&other.region)),
             ("light sampler", lights(self), lights(other)),
             ("layers", self.layers.join(","), other.layers.join(",")),
+            ("spectral film", self.bands.join(" "), other.bands.join(" ")),
         ];
         if let Some((name, here, there)) = pairs.iter().find(|(_, a, b)| a != b) {
             return Some(format!("another {name}: {here} here, {there} there"));
@@ -96,6 +100,11 @@ impl Record {
             ("kaustika.seed", self.seed.to_string()),
             ("kaustika.filter", self.filter.clone()),
         ];
+        let spectral = [("spectralLayoutVersion", "1.0"), ("emissiveUnits", "W.m^-2.sr^-1")];
+        let in_bins = self.bands.iter().any(|name| name.starts_with("S0."));
+        for (key, value) in spectral.into_iter().filter(|_| in_bins) {
+            picture.set_meta(key, MetaValue::Text(value.into()));
+        }
         for (key, value) in text {
             picture.set_meta(key, MetaValue::Text(value));
         }

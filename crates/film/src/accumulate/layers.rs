@@ -101,10 +101,12 @@ impl FromStr for Feature {
     }
 }
 
-/// The layout of a pixel: r, g, b, the filter weight, then the features in order.
+/// The layout of a pixel: r, g, b, the filter weight, the features in order, then two sums for each
+/// of the [`Bands`](super::Bands).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Layers {
     features: Vec<Feature>,
+    bands: usize,
 }
 
 impl Layers {
@@ -113,7 +115,22 @@ impl Layers {
         let mut features = features.to_vec();
         features.sort();
         features.dedup();
-        Layers { features }
+        Layers { features, bands: 0 }
+    }
+
+    /// With this number of bands.
+    pub fn with_bands(self, bands: usize) -> Layers {
+        Layers { bands, ..self }
+    }
+
+    /// Number of bands.
+    pub fn bands(&self) -> usize {
+        self.bands
+    }
+
+    /// Offset of the bands' first sum within a pixel.
+    pub fn offset_of_bands(&self) -> usize {
+        self.stride() - 2 * self.bands
     }
 
     /// The features.
@@ -121,9 +138,10 @@ impl Layers {
         &self.features
     }
 
-    /// Numbers a pixel: colour, weight and features.
+    /// Numbers a pixel: colour, weight, features and bands.
     pub fn stride(&self) -> usize {
-        4 + self.features.iter().map(|f| f.channels().len()).sum::<usize>()
+        let features = self.features.iter().map(|f| f.channels().len()).sum::<usize>();
+        4 + features + 2 * self.bands
     }
 
     /// Offset of a feature's first number within a pixel.

@@ -80,6 +80,7 @@ fn camera() -> CameraDesc {
             white_balance: None,
             max_component: None,
             aovs: Vec::new(),
+            bands: None,
         },
         sampler: None,
         spp: Some(SPP),

@@ -87,7 +87,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Checkpoint, String> {
     let [width, height] = header.record.size();
     let layers: Result<Vec<Feature>, String> =
         header.record.layers.iter().map(|l| l.parse()).collect();
-    let layers = Layers::new(&layers?);
+    let layers = Layers::new(&layers?).with_bands(header.record.bands.len());
     let pixels = width as usize * height as usize;
     let mut nodes = Vec::new();
     for (start, level) in header.nodes {

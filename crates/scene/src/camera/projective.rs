@@ -336,6 +336,7 @@ mod tests {
                 white_balance: None,
                 max_component: None,
                 aovs: Vec::new(),
+                bands: None,
             },
             sampler: None,
             spp: None,

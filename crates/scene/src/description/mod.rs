@@ -8,6 +8,7 @@ mod camera;
 mod curve;
 mod grating;
 mod hair;
+mod lens;
 mod light;
 mod material;
 mod measured;
@@ -20,11 +21,12 @@ mod texture;
 
 pub use bitmap::{Bitmap, Encoding, Texels};
 pub use camera::{
-    CameraDesc, CameraKind, FilmDesc, FilterChoice, FovAxis, IntegratorDesc, MeterTarget,
+    BandsDesc, CameraDesc, CameraKind, FilmDesc, FilterChoice, FovAxis, IntegratorDesc, MeterTarget,
 };
 pub use curve::{CurveProfile, CurveSegment, Curves};
 pub use grating::{GratingDesc, GratingProfileDesc};
 pub use hair::{FibreLayout, HairAbsorption, HairDesc};
+pub use lens::{ApertureShape, LensDesc, LensSurface};
 pub use light::{EnvironmentLayout, LightDesc, LightKind, SkyDesc, SpotFalloff};
 pub use material::{
     CoatDesc, ConductorColor, Distribution, FilterModel, IorDesc, MaterialDesc, MaterialId,

@@ -61,8 +61,8 @@ pub fn needs_lens(scene: &Scene) -> Result<(), RenderError> {
     match scene.camera.connects() {
         true => Ok(()),
         false => {
-            let message = "light paths cannot be connected to a meter or a batch of sensors: use \
-                           the method `path`";
+            let message = "light paths cannot be connected to a lens of many surfaces, a meter or a \
+                           batch of sensors: use the method `path`";
             Err(RenderError::Failed(message.into()))
         }
     }

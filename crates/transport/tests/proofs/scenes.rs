@@ -102,6 +102,7 @@ impl Stage {
             white_balance: None,
             max_component: None,
             aovs: Vec::new(),
+            bands: None,
         };
         self.d.cameras = vec![CameraDesc {
             name: String::new(),

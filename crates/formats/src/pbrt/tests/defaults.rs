@@ -83,6 +83,21 @@ fn the_gbuffer_asks_for_layers() {
 }
 
 #[test]
+fn spectral_films_have_bins() {
+    let bins = |text: &str| film(&format!("Film \"spectral\" {text}")).bands;
+    assert_eq!(bins(""), Some(BandsDesc::Bins { count: 16, range: [360.0, 830.0] }));
+    let some = bins("\"integer nbuckets\" 3 \"float lambdamin\" 400 \"float lambdamax\" 700");
+    assert_eq!(some, Some(BandsDesc::Bins { count: 3, range: [400.0, 700.0] }));
+    let s = read("Film \"spectral\" \"integer nbuckets\" 0 WorldBegin");
+    let message = "error 1:17 <\"integer nbuckets\"> `nbuckets` must lie between 1 and 940\n";
+    assert_eq!(messages(&s), message);
+    let s = read("Film \"spectral\" \"float lambdamax\" 300 WorldBegin");
+    let message =
+        "error 1:17 <\"float lambdamax\"> wavelengths must rise, and lie between 360 and 830 nm\n";
+    assert_eq!(messages(&s), message);
+}
+
+#[test]
 fn cameras_of_all_kinds() {
     let kind = |text: &str| quiet(text).cameras[0].kind.clone();
     let text = "Camera \"perspective\" \"float fov\" 30 \"float lensradius\" .1
@@ -130,7 +145,6 @@ fn what_is_unknown_but_harmless_is_replaced() {
          bvh, exhaustive\n\
          warning 3:27 <\"bool regularize\"> `regularize` makes pictures wrong in favour of less \
          noise, ignored\n\
-         warning 2:35 <\"spectral\"> film `spectral` is not supported, only the RGB image is made\n\
          warning 1:9 <\"zsobo\"> unknown sampler `zsobo`, using `zsobol`; did you mean `zsobol`?\n"
     );
     let s = read("Integrator \"pathh\" \"integer maxdepth\" 3 \"float x\" 1 WorldBegin");
