@@ -40,6 +40,9 @@ pub struct Record {
     /// Channels by wavelength, by name.
     #[serde(default)]
     pub bands: Vec<String>,
+    /// pbrt's gbuffer film: true if its positions and normals are in the camera's space.
+    #[serde(default)]
+    pub gbuffer: Option<bool>,
     /// The camera's transform, row by row.
     pub world_to_camera: [[f32; 4]; 4],
 }

@@ -7,7 +7,7 @@ use kaustika_film::accumulate::{Bands, Feature, Layers};
 use kaustika_math::Vec2;
 use kaustika_sampling::{SamplerConfig, SamplerKind};
 use kaustika_scene::description::{
-    FilterChoice, SceneDescription, SourceFormat, Span, nearest_name,
+    FilterChoice, GBufferSpace, SceneDescription, SourceFormat, Span, nearest_name,
 };
 use kaustika_scene::{BuildError, LightSelectionKind, Scene, SceneOptions};
 use kaustika_spectra::{ColorMode, ColorSpace, Sensor};
@@ -194,6 +194,7 @@ impl Setup {
             light_sampler: options.light_sampler.map(|l| format!("{l:?}").to_lowercase()),
             layers: frame.layers.features().iter().map(Feature::to_string).collect(),
             bands: frame.bands.as_ref().map_or(Vec::new(), |b| b.names().to_vec()),
+            gbuffer: camera.film.gbuffer.map(|space| space == GBufferSpace::Camera),
             world_to_camera: camera.transform.inv,
         };
         Ok(Setup { scene, frame, method, spp, seed, parameters, record })

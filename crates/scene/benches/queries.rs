@@ -195,6 +195,7 @@ fn camera() -> CameraDesc {
             max_component: None,
             aovs: Vec::new(),
             bands: None,
+            gbuffer: None,
         },
         sampler: None,
         spp: None,

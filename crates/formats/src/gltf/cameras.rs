@@ -29,6 +29,7 @@ pub(super) fn film(aspect: f32) -> FilmDesc {
         max_component: None,
         aovs: Vec::new(),
         bands: None,
+        gbuffer: None,
     }
 }
 

@@ -223,6 +223,7 @@ impl<'a> Converter<'a> {
             max_component: None,
             aovs: Vec::new(),
             bands: None,
+            gbuffer: None,
         };
         let Some((_, id)) = self.child(sensor, Kind::Film) else { return film };
         let object = self.object(id);

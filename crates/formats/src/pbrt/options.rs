@@ -5,7 +5,7 @@ use super::build::Builder;
 use super::entity::{CameraEntity, Entity, Place};
 use kaustika_math::Transform;
 use kaustika_scene::description::{
-    BandsDesc, CameraDesc, CameraKind, FilmDesc, FilterChoice, FovAxis, Span,
+    BandsDesc, CameraDesc, CameraKind, FilmDesc, FilterChoice, FovAxis, GBufferSpace, Span,
 };
 
 const SAMPLERS: [&str; 7] =
@@ -172,18 +172,16 @@ impl Builder {
         let filter = self.filter();
         let diag = &mut self.desc.diagnostics;
         let p = &mut e.params;
-        let (mut aovs, mut bands) = (Vec::new(), None);
+        let (mut aovs, mut bands, mut gbuffer) = (Vec::new(), None, None);
         match e.kind.text.as_str() {
             "rgb" => {}
             "gbuffer" => {
                 aovs = GBUFFER.map(String::from).to_vec();
                 let system = p.string(diag, "coordinatesystem");
+                gbuffer = Some(GBufferSpace::Camera);
                 match system.as_ref().map(|s| s.text.as_str()) {
-                    None | Some("camera") => {
-                        let message = "the gbuffer is written in world, not in camera space";
-                        diag.warning(p.place("coordinatesystem"), message);
-                    }
-                    Some("world") => {}
+                    None | Some("camera") => {}
+                    Some("world") => gbuffer = Some(GBufferSpace::World),
                     Some(other) => {
                         let span = system.as_ref().map_or(e.span, |s| s.span);
                         diag.error(span, format!("unknown coordinate system `{other}`"))
@@ -248,6 +246,7 @@ impl Builder {
             max_component,
             aovs,
             bands,
+            gbuffer,
         }
     }
 

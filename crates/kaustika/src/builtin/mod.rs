@@ -81,6 +81,7 @@ fn camera() -> CameraDesc {
             max_component: None,
             aovs: Vec::new(),
             bands: None,
+            gbuffer: None,
         },
         sampler: None,
         spp: Some(SPP),

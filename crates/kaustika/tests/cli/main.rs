@@ -6,5 +6,6 @@ mod broken;
 mod commands;
 mod corpus;
 mod errors;
+mod films;
 mod kit;
 mod shares;

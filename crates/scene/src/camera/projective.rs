@@ -317,7 +317,7 @@ impl Projective {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::description::{FilmDesc, FilterChoice};
+    use crate::description::{FilmDesc, FilterChoice, FovAxis};
 
     fn desc(kind: CameraKind) -> CameraDesc {
         CameraDesc {
@@ -337,6 +337,7 @@ mod tests {
                 max_component: None,
                 aovs: Vec::new(),
                 bands: None,
+                gbuffer: None,
             },
             sampler: None,
             spp: None,

@@ -158,6 +158,17 @@ pub struct FilmDesc {
     pub aovs: Vec<String>,
     /// Channels by wavelength to keep beside the colour.
     pub bands: Option<BandsDesc>,
+    /// pbrt's gbuffer film, and the space of its positions and normals.
+    pub gbuffer: Option<GBufferSpace>,
+}
+
+/// The space in which positions and normals are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GBufferSpace {
+    /// The camera's: +x right, +y up, +z forward.
+    Camera,
+    /// The world's.
+    World,
 }
 
 /// Channels of a spectral film.

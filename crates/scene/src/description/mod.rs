@@ -21,7 +21,8 @@ mod texture;
 
 pub use bitmap::{Bitmap, Encoding, Texels};
 pub use camera::{
-    BandsDesc, CameraDesc, CameraKind, FilmDesc, FilterChoice, FovAxis, IntegratorDesc, MeterTarget,
+    BandsDesc, CameraDesc, CameraKind, FilmDesc, FilterChoice, FovAxis, GBufferSpace,
+    IntegratorDesc, MeterTarget,
 };
 pub use curve::{CurveProfile, CurveSegment, Curves};
 pub use grating::{GratingDesc, GratingProfileDesc};

@@ -103,6 +103,7 @@ impl Stage {
             max_component: None,
             aovs: Vec::new(),
             bands: None,
+            gbuffer: None,
         };
         self.d.cameras = vec![CameraDesc {
             name: String::new(),

@@ -2,7 +2,8 @@
 
 use super::{messages, read};
 use kaustika_scene::description::{
-    CameraKind, FilmDesc, FilterChoice, FovAxis, SceneDescription, SourceFormat,
+    ApertureShape, BandsDesc, CameraKind, FilmDesc, FilterChoice, FovAxis, GBufferSpace,
+    SceneDescription, SourceFormat,
 };
 
 fn quiet(text: &str) -> SceneDescription {
@@ -80,6 +81,9 @@ fn the_gbuffer_asks_for_layers() {
             .iter()
             .all(|n| f.aovs.contains(&n.to_string()))
     );
+    assert_eq!(f.gbuffer, Some(GBufferSpace::World));
+    assert_eq!(film("Film \"gbuffer\"").gbuffer, Some(GBufferSpace::Camera));
+    assert_eq!(film("Film \"rgb\"").gbuffer, None);
 }
 
 #[test]
@@ -115,6 +119,35 @@ fn cameras_of_all_kinds() {
     assert_eq!(kind("Camera \"spherical\""), CameraKind::Spherical { equal_area: true });
     let text = "Camera \"spherical\" \"string mapping\" \"equirectangular\"";
     assert_eq!(kind(text), CameraKind::Spherical { equal_area: false });
+}
+
+#[test]
+fn lenses_of_many_surfaces() {
+    let with_file = |lens: &str, more: &str| {
+        let folder = tempfile::tempdir().expect("a folder");
+        let write = |name: &str, text: &str| {
+            std::fs::write(folder.path().join(name), text).expect("files can be written");
+        };
+        write("a.dat", lens);
+        let camera = format!("Camera \"realistic\" \"string lensfile\" \"a.dat\" {more}");
+        write("a.pbrt", &format!("{camera} Film \"rgb\" \"float diagonal\" 40 WorldBegin"));
+        super::super::read_pbrt(&folder.path().join("a.pbrt"))
+    };
+    let lens = "# front to back\n50 4 1.5 20\n0 2 0 16 # the stop\n-50 3 1 20";
+    let s = with_file(lens, "\"float aperturediameter\" 8 \"string aperture\" \"star\"");
+    assert_eq!(messages(&s), "");
+    let CameraKind::Realistic(lens) = &s.cameras[0].kind else { panic!() };
+    assert_eq!((lens.film_diagonal, lens.focus_distance), (0.04, 10.0));
+    assert_eq!(lens.aperture, Some(ApertureShape::Star));
+    let stop = lens.surfaces[1];
+    assert_eq!((lens.surfaces.len(), stop.radius, stop.aperture_radius), (3, 0.0, 0.004));
+    assert_eq!((lens.surfaces[0].radius, lens.surfaces[2].thickness), (0.05, 0.003));
+    let why = |lens: &str| messages(&with_file(lens, ""));
+    assert!(why("1 2 3").contains("expected four numbers for each surface, found 3 in all"));
+    assert!(why("1 2\n3 x").contains("line 2: expected a number, found `x`"));
+    assert!(why("1 1 1 0").contains("surface 1 has a negative index or no diameter"));
+    let s = read("Camera \"realistic\" WorldBegin");
+    assert!(messages(&s).contains("camera `realistic` needs \"string lensfile\""));
 }
 
 #[test]
