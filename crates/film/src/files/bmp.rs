@@ -14,6 +14,11 @@ use crate::ImageError;
 const PIXELS_PER_BYTE: f64 = 128.0;
 
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Bitmap, ImageError> {
+    // Of the oldest kind.
+    const HEADER: usize = 26;
+    if bytes.len() < HEADER {
+        return Err(ImageError::truncated(path, Format::Bmp.name()));
+    }
     let decoder =
         BmpDecoder::new(Cursor::new(bytes)).map_err(|e| image_error(path, Format::Bmp, e))?;
     decode(path, Format::Bmp, decoder, bytes.len(), PIXELS_PER_BYTE)

@@ -139,10 +139,12 @@ impl<'a> Converter<'a> {
     fn sggx(&mut self, object: &'a Object) -> Option<SggxDesc> {
         let needs = "phase `sggx` needs `S`: a `gridvolume` of six channels, or the six numbers xx, \
                      yy, zz, xy, xz, yz in a `<string>`";
-        if let Some((text, span)) = self.string(object, "S") {
+        let given = object.get("S");
+        if let Some(Value::String(_)) = given.map(|p| &p.value) {
+            let (text, span) = self.string(object, "S")?;
             return self.flakes(text, span);
         }
-        let volume = object.get("S").and_then(|p| self.target(p));
+        let volume = given.and_then(|p| self.target(p));
         let Some(id) = volume.filter(|id| self.object(*id).kind == Kind::Volume) else {
             self.out.diagnostics.error(object.span, needs);
             return None;

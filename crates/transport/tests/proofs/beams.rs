@@ -1,6 +1,6 @@
 //! Lights that shine along one direction a point: closed forms, and the methods that find them.
 
-use crate::bidirectional::{agree, means, room};
+use crate::bidirectional::{Light, agree, means, room};
 use crate::scenes::*;
 use crate::stats::{agrees, close};
 use kaustika_math::{Transform, Vec3};
@@ -79,13 +79,16 @@ fn a_sphere_that_shines_along_its_normals_is_a_point_light() {
 
 #[test]
 fn methods_agree_on_beams_in_a_room() {
-    let kinds: [(&str, fn(&mut Stage)); 3] = [
-        ("beam", |s| beam(s, at(0.4, -0.3, 1.5) * rotate(200.0, v(0.3, 1.0, 0.0)), 4.0)),
-        ("sphere", |s| along_normals(s, sphere(0.2), at(0.3, -0.1, 1.4), 6.0)),
-        ("beside a lamp", |s| {
-            beam(s, at(0.4, -0.3, 1.5) * rotate(200.0, v(0.3, 1.0, 0.0)), 4.0);
-            s.point_light(v(0.4, -0.2, 1.3), 0.5);
-        }),
+    let kinds: Vec<(&str, Light)> = vec![
+        ("beam", Box::new(|s| beam(s, at(0.4, -0.3, 1.5) * rotate(200.0, v(0.3, 1.0, 0.0)), 4.0))),
+        ("sphere", Box::new(|s| along_normals(s, sphere(0.2), at(0.3, -0.1, 1.4), 6.0))),
+        (
+            "beside a lamp",
+            Box::new(|s| {
+                beam(s, at(0.4, -0.3, 1.5) * rotate(200.0, v(0.3, 1.0, 0.0)), 4.0);
+                s.point_light(v(0.4, -0.2, 1.3), 0.5);
+            }),
+        ),
     ];
     for (name, light) in kinds {
         let mut stage = room();

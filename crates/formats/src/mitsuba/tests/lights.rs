@@ -167,5 +167,5 @@ fn lights_of_one_direction() {
     let (d, messages) =
         read("3.0.0", r#"<shape type="disk"><emitter type="directionalarea"/></shape>"#);
     assert!(d.shapes[0].emission.as_ref().is_some_and(|e| e.along_normal));
-    assert_eq!(messages, [format!("note 2:36 {}", found("directionalarea"))]);
+    assert_eq!(messages, [format!("note 2:35 {}", found("directionalarea"))]);
 }

@@ -137,7 +137,7 @@ fn lenses_of_many_surfaces() {
     let s = with_file(lens, "\"float aperturediameter\" 8 \"string aperture\" \"star\"");
     assert_eq!(messages(&s), "");
     let CameraKind::Realistic(lens) = &s.cameras[0].kind else { panic!() };
-    assert_eq!((lens.film_diagonal, lens.focus_distance), (0.04, 10.0));
+    assert_eq!((lens.film_diagonal, lens.focus_distance), (1e-3 * 40.0, 10.0));
     assert_eq!(lens.aperture, Some(ApertureShape::Star));
     let stop = lens.surfaces[1];
     assert_eq!((lens.surfaces.len(), stop.radius, stop.aperture_radius), (3, 0.0, 0.004));
