@@ -1,5 +1,5 @@
 //! Where light is measured: pictures of named channels, reconstruction filters, image files in
-//! and out, error metrics against a reference, and the wire to an image viewer.
+//! and out, light path expressions, error metrics against a reference, and the wire to an image viewer.
 //!
 //! Conventions: row 0 is the top row; pixel values are linear unless a type says otherwise;
 //! RGB has the sRGB / Rec. 709 primaries.
@@ -9,6 +9,7 @@ mod error;
 pub mod files;
 pub mod filter;
 pub mod metrics;
+pub mod path_expression;
 pub mod picture;
 mod srgb;
 pub mod tev;

@@ -19,6 +19,7 @@ pub fn picture(tree: &PassTree, record: &Record, seconds: f64) -> Picture {
     if let Some(total) = tree.total() {
         add_bands(&mut picture, &total, &record.bands, tree.layers().offset_of_bands());
         add_features(&mut picture, tree, &total);
+        add_paths(&mut picture, tree, &total);
         let names = ["Variance.R", "Variance.G", "Variance.B"];
         add_rgb(&mut picture, names, |i| total.variance(i));
         if let Some(camera_space) = record.gbuffer {
@@ -125,6 +126,17 @@ fn add_features(picture: &mut Picture, tree: &PassTree, total: &Total) {
                 })
             });
         }
+    }
+}
+
+/// The layers by path.
+fn add_paths(picture: &mut Picture, tree: &PassTree, total: &Total) {
+    for (k, name) in tree.layers().paths().iter().enumerate() {
+        let offset = tree.layers().path_offset(k);
+        let names = ["R", "G", "B"].map(|c| format!("{name}.{c}"));
+        add_rgb(picture, names.each_ref().map(String::as_str), |i| {
+            std::array::from_fn(|c| total.value(i, offset + c))
+        });
     }
 }
 

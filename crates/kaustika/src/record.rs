@@ -43,6 +43,9 @@ pub struct Record {
     /// pbrt's gbuffer film: true if its positions and normals are in the camera's space.
     #[serde(default)]
     pub gbuffer: Option<bool>,
+    /// Layers by path, as `NAME=EXPRESSION`.
+    #[serde(default)]
+    pub path_layers: Vec<String>,
     /// The camera's transform, row by row.
     pub world_to_camera: [[f32; 4]; 4],
 }
@@ -71,6 +74,7 @@ impl Record {
             ("light sampler", lights(self), lights(other)),
             ("layers", self.layers.join(","), other.layers.join(",")),
             ("spectral film", self.bands.join(" "), other.bands.join(" ")),
+            ("layers by path", self.path_layers.join(" "), other.path_layers.join(" ")),
         ];
         if let Some((name, here, there)) = pairs.iter().find(|(_, a, b)| a != b) {
             return Some(format!("another {name}: {here} here, {there} there"));
@@ -108,7 +112,9 @@ impl Record {
         for (key, value) in spectral.into_iter().filter(|_| in_bins) {
             picture.set_meta(key, MetaValue::Text(value.into()));
         }
-        for (key, value) in text {
+        let paths = self.path_layers.iter().filter_map(|layer| layer.split_once('='));
+        let paths = paths.map(|(name, text)| (format!("kaustika.layer.{name}"), text.to_owned()));
+        for (key, value) in text.map(|(k, v)| (k.to_owned(), v)).into_iter().chain(paths) {
             picture.set_meta(key, MetaValue::Text(value));
         }
         picture.set_meta("samplesPerPixel", MetaValue::Int(passes.min(i32::MAX as u64) as i32));

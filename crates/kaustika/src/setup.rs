@@ -4,6 +4,7 @@ use crate::fingerprint;
 use crate::record::Record;
 use kaustika_film::FilterDesc;
 use kaustika_film::accumulate::{Bands, Feature, Layers};
+use kaustika_film::path_expression::{ExpressionError, PathClasses, PathLayer};
 use kaustika_math::Vec2;
 use kaustika_sampling::{SamplerConfig, SamplerKind};
 use kaustika_scene::description::{
@@ -40,6 +41,8 @@ pub struct RenderOptions {
     pub seed: Option<u64>,
     /// Samples a pixel.
     pub spp: Option<u64>,
+    /// Layers by path, as `NAME=EXPRESSION`.
+    pub path_layers: Vec<String>,
     /// Feature layers.
     pub features: Vec<Feature>,
     /// How lights are chosen.
@@ -153,6 +156,12 @@ impl Setup {
             return Err(SetupError::Choice(message.into()));
         }
         frame.layers = Layers::new(&features);
+        if !options.path_layers.is_empty() {
+            let choice = |e: ExpressionError| SetupError::Choice(format!("--layer: {e}"));
+            let layers = options.path_layers.iter().map(|l| PathLayer::parse(l));
+            let layers: Vec<PathLayer> = layers.collect::<Result<_, _>>().map_err(choice)?;
+            frame.keep_paths(PathClasses::new(layers).map_err(choice)?);
+        }
 
         let mode = options.mode.unwrap_or(match description.format {
             _ if camera.film.bands.is_some() => ColorMode::Spectral,
@@ -195,6 +204,11 @@ impl Setup {
             layers: frame.layers.features().iter().map(Feature::to_string).collect(),
             bands: frame.bands.as_ref().map_or(Vec::new(), |b| b.names().to_vec()),
             gbuffer: camera.film.gbuffer.map(|space| space == GBufferSpace::Camera),
+            path_layers: frame
+                .paths
+                .iter()
+                .flat_map(|classes| classes.layers().iter().map(PathLayer::to_string))
+                .collect(),
             world_to_camera: camera.transform.inv,
         };
         Ok(Setup { scene, frame, method, spp, seed, parameters, record })

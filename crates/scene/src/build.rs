@@ -142,7 +142,9 @@ impl Scene {
             materials,
             media,
             camera_medium: camera_desc.medium,
+            light_media: Vec::new(),
             lights: gathered.lights,
+            light_names: description.lights.iter().map(|l| l.name.clone()).collect(),
             environments: Vec::new(),
             light_selection: LightSelection::default(),
             plains: Vec::new(),
@@ -165,6 +167,10 @@ impl Scene {
                 scene.environments.push(LightId(scene.lights.len() as u32));
             }
             scene.lights.push(built);
+        }
+        if scene.has_media() {
+            let given: Vec<_> = description.lights.iter().map(|l| l.medium).collect();
+            scene.light_media = scene.find_light_media(&given);
         }
         let kind = options.light_selection.or_else(|| {
             description.integrator.light_sampler.as_deref().and_then(|s| s.parse().ok())

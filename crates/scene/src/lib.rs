@@ -22,6 +22,7 @@ mod shape;
 mod surface;
 mod tessellate;
 mod texture;
+mod whereabouts;
 
 pub use batch::RayBatch;
 pub use build::SceneOptions;

@@ -6,7 +6,7 @@ use crate::camera::Camera;
 use crate::description::{MaterialId, MediumId, SourceFormat, TextureId};
 use crate::geometry::{Geometry, Hit, Primitive};
 use crate::lanes::{Lamps, Plain};
-use crate::light::{Light, LightSample, LightSelection};
+use crate::light::{AreaShape, Light, LightSample, LightSelection};
 use crate::material::Materials;
 use crate::medium::Medium;
 use crate::shape::ShapeSample;
@@ -48,8 +48,13 @@ pub struct Scene {
     pub media: Vec<Medium>,
     /// The medium that the camera stands in.
     pub camera_medium: Option<MediumId>,
+    /// The medium that each light stands in, where no boundary of its own says it; empty if there
+    /// are no media.
+    pub light_media: Vec<Option<MediumId>>,
     /// Lights.
     pub lights: Vec<Light>,
+    /// Names in the file of the lights that are no shapes, the last ones of `lights`.
+    pub light_names: Vec<String>,
     /// The lights that surround the scene.
     pub environments: Vec<LightId>,
     /// How a light is chosen.
@@ -138,6 +143,28 @@ impl Scene {
             Some(sides) => sides[usize::from(s.ng.dot(d) > 0.0)],
             None => medium,
         }
+    }
+
+    /// The shape that a light is part of.
+    pub fn shape_of_light(&self, id: LightId) -> Option<&ShapeInfo> {
+        let Light::Area(light) = self.light(id) else { return None };
+        let shape = match light.shape {
+            AreaShape::Triangle(i, _) => self.geometry.triangles.mesh(i).shape,
+            AreaShape::Quadric(i) | AreaShape::Sphere(i, ..) => {
+                self.geometry.quadrics[i as usize].shape
+            }
+        };
+        self.shapes.get(shape as usize)
+    }
+
+    /// The light's name in the file, or that of its shape; may be empty.
+    pub fn light_name(&self, id: LightId) -> &str {
+        if let Some(shape) = self.shape_of_light(id) {
+            return &shape.name;
+        }
+        let shapes = self.lights.len() - self.light_names.len();
+        let described = (id.0 as usize).checked_sub(shapes);
+        described.and_then(|i| self.light_names.get(i)).map_or("", String::as_str)
     }
 
     /// True if light may meet a medium.

@@ -1,6 +1,7 @@
 //! What all methods share of one picture: which pixels, which samples, how light is measured.
 
 use kaustika_film::accumulate::{Bands, Layers, PixelBand};
+use kaustika_film::path_expression::PathClasses;
 use kaustika_film::{FilterDesc, FilterSampler};
 use kaustika_math::Vec2;
 use kaustika_sampling::{SamplerConfig, SamplerPlan};
@@ -27,6 +28,8 @@ pub struct Frame {
     pub layers: Layers,
     /// What the layers' bands are, if there are any.
     pub bands: Option<Bands>,
+    /// Which paths the layers by path show, if there are such.
+    pub paths: Option<PathClasses>,
 }
 
 /// A sample's place on the film.
@@ -51,7 +54,15 @@ impl Frame {
             max_component: None,
             layers: Layers::default(),
             bands: None,
+            paths: None,
         }
+    }
+
+    /// Also keeps layers of these classes of paths.
+    pub fn keep_paths(&mut self, classes: PathClasses) {
+        let names = classes.layers().iter().map(|l| l.name.clone()).collect();
+        self.layers = std::mem::take(&mut self.layers).with_paths(names);
+        self.paths = Some(classes);
     }
 
     /// Width and height of the rendered region.

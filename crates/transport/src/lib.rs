@@ -1,10 +1,11 @@
 //! The light transport methods, one family a folder, behind one interface.
 //!
 //! [`method`] says what a method is; [`session`] runs passes of any method until a budget is
-//! met. A method knows the scene, the sampler, the film and the shared floors (`roulette`), and
+//! met. A method knows the scene, the sampler, the film and the shared floors (`path_space`, `extinction`, `roulette`), and
 //! no other method's insides.
 
 pub mod bidirectional;
+pub mod extinction;
 pub mod features;
 pub mod frame;
 pub mod lights;

@@ -21,6 +21,8 @@ pub struct MethodInfo {
     pub bias: Bias,
     /// True if it renders participating media.
     pub media: bool,
+    /// True if it knows the classes of its paths, for layers by path.
+    pub layers: bool,
     /// How passes may be dealt out.
     pub schedule: Schedule,
     /// What one sample per pixel costs.

@@ -99,7 +99,15 @@ impl<'a> Session<'a> {
             let info = self.method.info();
             if self.scene.has_media() && !info.media {
                 let message = format!(
-                    "method `{}` knows no participating media, which this scene has: use `path`",
+                    "method `{}` knows no participating media, which this scene has: use `path` or `bdpt`",
+                    info.name
+                );
+                return Err(RenderError::Failed(message));
+            }
+            if self.frame.paths.is_some() && !info.layers {
+                let message = format!(
+                    "method `{}` does not tell its paths apart: leave `--layer` out, or use \
+                     `path`, `light`, `bdpt` or `vcm`",
                     info.name
                 );
                 return Err(RenderError::Failed(message));

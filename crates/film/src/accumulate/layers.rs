@@ -101,11 +101,12 @@ impl FromStr for Feature {
     }
 }
 
-/// The layout of a pixel: r, g, b, the filter weight, the features in order, then two sums for each
-/// of the [`Bands`](super::Bands).
+/// The layout of a pixel: r, g, b, the filter weight, the features in order, r, g, b of each layer
+/// by path, then two sums for each of the [`Bands`](super::Bands).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Layers {
     features: Vec<Feature>,
+    paths: Vec<String>,
     bands: usize,
 }
 
@@ -115,7 +116,7 @@ impl Layers {
         let mut features = features.to_vec();
         features.sort();
         features.dedup();
-        Layers { features, bands: 0 }
+        Layers { features, paths: Vec::new(), bands: 0 }
     }
 
     /// With this number of bands.
@@ -123,14 +124,28 @@ impl Layers {
         Layers { bands, ..self }
     }
 
-    /// Number of bands.
-    pub fn bands(&self) -> usize {
-        self.bands
-    }
-
     /// Offset of the bands' first sum within a pixel.
     pub fn offset_of_bands(&self) -> usize {
         self.stride() - 2 * self.bands
+    }
+
+    /// And layers of some paths by name; see [`crate::path_expression`].
+    pub fn with_paths(self, names: Vec<String>) -> Layers {
+        Layers { paths: names, ..self }
+    }
+
+    /// Names of the layers by path.
+    pub fn paths(&self) -> &[String] {
+        &self.paths
+    }
+
+    /// Offset of the first number of layer by path `k` within a pixel.
+    pub fn path_offset(&self, k: usize) -> usize {
+        4 + self.feature_numbers() + 3 * k
+    }
+
+    fn feature_numbers(&self) -> usize {
+        self.features.iter().map(|f| f.channels().len()).sum()
     }
 
     /// The features.
@@ -138,10 +153,9 @@ impl Layers {
         &self.features
     }
 
-    /// Numbers a pixel: colour, weight, features and bands.
+    /// Numbers a pixel: colour, weight, features, layers by path and bands.
     pub fn stride(&self) -> usize {
-        let features = self.features.iter().map(|f| f.channels().len()).sum::<usize>();
-        4 + features + 2 * self.bands
+        4 + self.feature_numbers() + 3 * self.paths.len() + 2 * self.bands
     }
 
     /// Offset of a feature's first number within a pixel.

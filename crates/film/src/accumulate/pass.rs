@@ -63,9 +63,11 @@ impl PassImage {
             .collect()
     }
 
-    /// Adds to the colour of a pixel, for methods whose samples choose the pixel.
-    pub fn splat(&mut self, x: u32, y: u32, rgb: [f32; 3]) {
-        let at = (y as usize * self.width as usize + x as usize) * self.layers.stride();
+    /// Adds to the colour of a pixel, or to that of a layer by path, for methods whose samples
+    /// choose the pixel.
+    pub fn splat(&mut self, x: u32, y: u32, layer: Option<usize>, rgb: [f32; 3]) {
+        let offset = layer.map_or(0, |k| self.layers.path_offset(k));
+        let at = (y as usize * self.width as usize + x as usize) * self.layers.stride() + offset;
         for (d, v) in self.data[at..at + 3].iter_mut().zip(rgb) {
             *d += v;
         }
@@ -155,6 +157,16 @@ impl PixelBand<'_> {
     pub fn bands(&mut self, x: u32, y: u32) -> &mut [f32] {
         let at = (y as usize * self.width as usize + x as usize) * self.stride;
         &mut self.data[at + self.layers.offset_of_bands()..at + self.stride]
+    }
+
+    /// Adds what a camera path found to the layers by path of the pixel at column `x` and row `y`,
+    /// with its weight of the filter.
+    pub fn add_paths(&mut self, x: u32, y: u32, weight: f32, rgb: &[[f32; 3]]) {
+        let offset = self.layers.path_offset(0);
+        let at = (y as usize * self.width as usize + x as usize) * self.stride + offset;
+        for (p, v) in self.data[at..at + 3 * rgb.len()].iter_mut().zip(rgb.as_flattened()) {
+            *p += weight * v;
+        }
     }
 
     /// The part of [`PixelBand::add`] that pixels of colour alone do without.

@@ -113,6 +113,10 @@ pub struct RenderArgs {
     /// Feature layers: albedo, normal, ..., or all of the first surface
     #[arg(long, value_name = "LAYERS")]
     pub aov: Option<FeatureList>,
+    /// Layer of some paths: a light path expression from the camera (C<RD>.*L) or from the light
+    /// (LS+DS*E), or one of Arnold's names (diffuse_direct); may be repeated
+    #[arg(long, value_name = "NAME=EXPR")]
+    pub layer: Vec<String>,
     /// How values become colours in .png and .jpg
     #[command(flatten)]
     pub look: LookArgs,
@@ -154,6 +158,10 @@ pub struct MergeArgs {
     /// Image to write; may be repeated
     #[arg(short, long = "output", required = true, value_name = "FILE")]
     pub output: Vec<PathBuf>,
+    /// Layer of some paths: a light path expression from the camera (C<RD>.*L) or from the light
+    /// (LS+DS*E), or one of Arnold's names (diffuse_direct); may be repeated
+    #[arg(long, value_name = "NAME=EXPR")]
+    pub layer: Vec<String>,
     /// How values become colours in .png and .jpg
     #[command(flatten)]
     pub look: LookArgs,
@@ -261,6 +269,7 @@ impl RenderArgs {
             spp: self.spp,
             features: self.aov.as_ref().map(|l| l.0.clone()).unwrap_or_default(),
             light_sampler: self.light_sampler,
+            path_layers: self.layer.clone(),
         }
     }
 }

@@ -51,6 +51,27 @@ fn the_scene_names_the_output_and_the_picture_says_how_it_was_made() {
 }
 
 #[test]
+fn layers_by_path_are_written() {
+    let p = Place::new();
+    let layers = "--layer direct --layer rest=lpe:C.{2,}[LO] --layer seen=LE";
+    p.ok(&format!("render ball.pbrt -q --spp 4 {layers} -o a.exr"));
+    let picture = p.picture("a.exr");
+    let expression = |name: &str| picture.meta(&format!("kaustika.layer.{name}")).cloned();
+    assert_eq!(expression("direct"), Some(MetaValue::Text("C.L".into())));
+    assert_eq!(expression("rest"), Some(MetaValue::Text("lpe:C.{2,}[LO]".into())));
+    let sum = |name: &str| -> f32 {
+        let channel = picture.channels.iter().find(|c| c.name == name);
+        channel.unwrap_or_else(|| panic!("{name}")).data.iter().sum()
+    };
+    let parts = sum("direct.G") + sum("rest.G") + sum("seen.G");
+    assert!((parts - sum("G")).abs() < 1e-4 * sum("G"), "{parts} of {}", sum("G"));
+    let error = p.fails(2, "render ball.pbrt -q --layer x=C<RX>L -o b.exr");
+    assert!(error.contains("expected a scattering: D G S or `.`\n  C<RX>L\n     ^"), "{error}");
+    let error = p.fails(2, "render ball.pbrt -q --layer diffuse_dir -o b.exr");
+    assert!(error.contains("diffuse_direct"), "{error}");
+}
+
+#[test]
 fn scene_variables_are_set_from_outside() {
     let p = Place::new();
     let text = r#"<scene version="3.0.0">

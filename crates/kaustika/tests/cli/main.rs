@@ -8,4 +8,5 @@ mod corpus;
 mod errors;
 mod films;
 mod kit;
+mod references;
 mod shares;

@@ -32,6 +32,29 @@ fn every_method_gives_the_same_bits_on_any_threads_and_in_shares() {
 }
 
 #[test]
+fn layers_by_path_are_shared_and_resumed_like_the_picture() {
+    let p = Place::new();
+    let layers = "--layer direct --layer rest=C.{2,}L --layer caustic=LS+DS*E --aov depth";
+    for method in ["path", "light", "bdpt", "vcm", "sppm"] {
+        let common =
+            format!("render ball.pbrt -q -m {method} --sampler sobol --filter gaussian {layers}");
+        p.ok(&format!("{common} --spp 4 -t 1 -o one.exr"));
+        p.ok(&format!("{common} --passes 0..1 -t 5 -o a.exr"));
+        p.ok(&format!("{common} --passes 1..4 -t 5 -o b.exr"));
+        p.ok("merge a.exr b.exr -o merged.exr");
+        assert_same_bits(&p.picture("merged.exr"), &p.picture("one.exr"));
+        p.ok(&format!("{common} --spp 2 --resume -o parts.exr"));
+        p.ok(&format!("{common} --spp 4 --resume -o parts.exr"));
+        assert_same_bits(&p.picture("parts.exr"), &p.picture("one.exr"));
+        std::fs::remove_file(p.path("parts.ckpt")).unwrap();
+    }
+    p.ok("render ball.pbrt -q --sampler sobol --passes 0..1 --layer x=CDL -o a.exr");
+    p.ok("render ball.pbrt -q --sampler sobol --passes 1..2 --layer x=CDDL -o b.exr");
+    let error = p.fails(1, "merge a.exr b.exr -o merged.exr");
+    assert!(error.contains("another layers by path: x=CDL here, x=CDDL there"), "{error}");
+}
+
+#[test]
 fn a_resumed_render_equals_one_that_was_not_stopped() {
     let p = Place::new();
     let common = "render ball.pbrt -q --sampler sobol --aov depth,shape_id";

@@ -18,12 +18,12 @@ use crate::features::describe;
 use crate::frame::Frame;
 use crate::method::PassStats;
 use crate::path_space::{
-    self, CameraEnd, Departure, LightEnd, Splat, Start, Subpath, Vertex, Walker,
-    solid_angle_to_area,
+    self, CameraEnd, Closing, Departure, LightEnd, Splat, Start, Subpath, Tracks, Vertex, Walker,
+    splat,
 };
 use kaustika_film::accumulate::PixelRecord;
 use kaustika_math::{Vec2, Vec3};
-use kaustika_scene::bsdf::{Lobes, Mode};
+use kaustika_scene::bsdf::Mode;
 use kaustika_scene::{LightId, LightSelection, Scene, Segment};
 use kaustika_spectra::{Spectrum, Wavelengths};
 
@@ -47,17 +47,28 @@ pub(super) struct Bidirectional<'a> {
     eye: Subpath<'a>,
     links: Vec<Link>,
     densities: Vec<f32>,
+    /// The classes of paths, if there are layers of them.
+    tracks: Option<Tracks<'a>>,
 }
 
 /// How the two sides of a path are joined, seen from the joint: densities per solid angle (on
 /// to the other side, back on its own) at the last vertices.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 struct Join {
     at_light: (f64, f64),
     at_eye: (f64, f64),
     /// Whether the last vertices scatter by Dirac lobes: only where nothing is joined.
     light_delta: bool,
     eye_delta: bool,
+    /// That nothing happens on the way between them, as [`Vertex::passing`].
+    passing: f64,
+}
+
+impl Default for Join {
+    fn default() -> Join {
+        let none = (0.0, 0.0);
+        Join { at_light: none, at_eye: none, light_delta: false, eye_delta: false, passing: 1.0 }
+    }
 }
 
 impl<'a> Bidirectional<'a> {
@@ -80,10 +91,11 @@ impl<'a> Bidirectional<'a> {
             only_depth: u32::try_from(params.only_depth).ok(),
             splat_scale: (1.0 / light_paths) as f32,
             light_paths: light_paths / pixels(frame.resolution),
-            light: Vec::new(),
-            eye: Vec::new(),
+            light: Subpath::default(),
+            eye: Subpath::default(),
             links: Vec::new(),
             densities: Vec::new(),
+            tracks: frame.paths.as_ref().map(|classes| Tracks::new(classes, scene)),
         }
     }
 
@@ -100,6 +112,11 @@ impl<'a> Bidirectional<'a> {
         let record = self.pair(pixel, index, features, (&mut light, &mut eye), splats, stats);
         (self.light, self.eye) = (light, eye);
         record
+    }
+
+    /// What the layers by path got of the last sample.
+    pub(super) fn layers(&self) -> &[[f32; 3]] {
+        self.tracks.as_ref().map_or(&[], Tracks::found)
     }
 
     fn pair(
@@ -126,6 +143,7 @@ impl<'a> Bidirectional<'a> {
             beta: Spectrum::ONE,
             lambda,
             departure: camera_end.departure,
+            medium: scene.camera_medium,
             footprint: camera.width * scene.footprint_scale,
             spread: camera.spread * scene.footprint_scale,
         };
@@ -148,6 +166,13 @@ impl<'a> Bidirectional<'a> {
             walker.walk(start, most(0), &mut sampler, light, stats);
         }
 
+        if let Some(tracks) = &mut self.tracks {
+            tracks.follow_eye(eye);
+            if let Some((end, _)) = &emitted {
+                tracks.follow_light(light, end.light);
+            }
+        }
+
         // (1), the strategies that end in this pixel.
         let mut rgb = [0.0; 3];
         let mut add = |l: Spectrum, lambda: &Wavelengths, stats: &mut PassStats| {
@@ -159,6 +184,13 @@ impl<'a> Bidirectional<'a> {
         };
         let (eye, light) = (&*eye, &*light);
         let mut record = PixelRecord::default();
+        for glow in &eye.glows {
+            if !self.wanted(0, glow.depth + 2) {
+                continue;
+            }
+            add(glow.value, &glow.lambda, stats);
+            self.sort(&Closing::Glow(glow.depth), glow.value, &glow.lambda);
+        }
         for (i, z) in eye.iter().enumerate() {
             if let (0, true) = (i, features) {
                 describe(scene, &z.surface, &z.bsdf, z.wo, &z.lambda, &mut record);
@@ -166,9 +198,12 @@ impl<'a> Bidirectional<'a> {
             if let Some(id) = z.surface.light {
                 let le = scene.light(id).le(scene, &z.surface, z.wo, &z.lambda);
                 let found = (id, z.surface.p, z.surface.ng, z.wo);
-                add(z.beta * le * self.found(&eye[..i], &camera_end, found, le), &z.lambda, stats);
+                let w = self.found((&eye[..i], z.passing), &camera_end, found, le);
+                let l = z.beta * le * w;
+                add(l, &z.lambda, stats);
+                self.sort(&Closing::Found(i, id), l, &z.lambda);
             }
-            if !z.bsdf.lobes().has(Lobes::SMOOTH) {
+            if !z.connects() {
                 continue;
             }
             if let Some(l) = self.next_event(&eye[..=i], &camera_end, stats) {
@@ -186,8 +221,10 @@ impl<'a> Bidirectional<'a> {
             for &id in &scene.environments {
                 let le = scene.light(id).escaped(escape.o, escape.d, &escape.lambda).le;
                 let found = (id, Vec3::ZERO, Vec3::ZERO, -escape.d);
-                let w = self.found(eye, &camera_end, found, le);
-                add(escape.beta * le * w, &escape.lambda, stats);
+                let w = self.found((eye, escape.passing), &camera_end, found, le);
+                let l = escape.beta * le * w;
+                add(l, &escape.lambda, stats);
+                self.sort(&Closing::Found(eye.len(), id), l, &escape.lambda);
             }
         }
 
@@ -212,7 +249,7 @@ impl<'a> Bidirectional<'a> {
     /// w of (2): the eye's subpath, which met `eye`, found a light.
     fn found(
         &mut self,
-        eye: &[Vertex],
+        (eye, passing): (&[Vertex], f64),
         camera: &CameraEnd,
         (id, p, n, w): (LightId, Vec3, Vec3, Vec3),
         le: Spectrum,
@@ -224,7 +261,7 @@ impl<'a> Bidirectional<'a> {
         let Some(last) = eye.last() else { return 1.0 };
         let end = LightEnd::new(self.scene, self.emission, id, p, n, w);
         let at_eye = (last.pdf, last.pdf_rev);
-        let join = Join { at_eye, eye_delta: last.delta, ..Join::default() };
+        let join = Join { at_eye, eye_delta: last.delta, passing, ..Join::default() };
         self.weight(0, (&[], eye), &end, camera, &join)
     }
 
@@ -238,10 +275,17 @@ impl<'a> Bidirectional<'a> {
         if !self.wanted(1, eye.len() + 1) {
             return None;
         }
-        let c = eye.last()?.next_event(self.scene, self.lights, self.emission)?;
-        let join = Join { at_eye: c.pdf, ..Join::default() };
-        let w = self.weight(1, (&[], eye), &c.end, camera, &join);
-        self.open(&c.segment, w, stats).then(|| c.value * w)
+        let z = eye.last()?;
+        let c = z.next_event(self.scene, self.lights, self.emission)?;
+        let far = c.end.infinite;
+        let l = self.close(z, &c.segment, far, &z.lambda, stats, |this, passing| {
+            let join = Join { at_eye: c.pdf, passing, ..Join::default() };
+            this.weight(1, (&[], eye), &c.end, camera, &join)
+        })?;
+        let l = c.value * l;
+        let closing = Closing::NextEvent(eye.len() - 1, z, -c.end.w, c.end.light);
+        self.sort(&closing, l, &z.lambda);
+        Some(l)
     }
 
     /// (4), weighted.
@@ -254,22 +298,47 @@ impl<'a> Bidirectional<'a> {
     ) -> Option<(Spectrum, Wavelengths)> {
         let s = light.len() + 1;
         let (y, z) = (light.last()?, eye.last()?);
-        if !self.wanted(s, eye.len() + 1) || !y.bsdf.lobes().has(Lobes::SMOOTH) {
+        if !self.wanted(s, eye.len() + 1) || !y.connects() {
             return None;
         }
         let c = path_space::join(y, z)?;
-        let join = Join { at_light: c.pdf, at_eye: c.end.pdf_eye, ..Join::default() };
-        let w = self.weight(s, (light, eye), end, camera, &join);
-        self.open(&c.segment, w, stats).then(|| (c.value * w, c.end.lambda))
+        let l = self.close(z, &c.segment, false, &c.end.lambda, stats, |this, passing| {
+            let (at_light, at_eye) = (c.pdf, c.end.pdf_eye);
+            let join = Join { at_light, at_eye, passing, ..Join::default() };
+            this.weight(s, (light, eye), end, camera, &join)
+        })?;
+        let l = c.value * l;
+        let closing = Closing::Join((light.len() - 1, y), (eye.len() - 1, z));
+        self.sort(&closing, l, &c.end.lambda);
+        Some((l, c.end.lambda))
     }
 
-    /// True if a contribution of weight `w` is not hidden.
-    fn open(&self, segment: &Segment, w: f32, stats: &mut PassStats) -> bool {
-        if w <= 0.0 {
-            return false;
+    /// Adds to the layers by path.
+    fn sort(&mut self, closing: &Closing, value: Spectrum, lambda: &Wavelengths) {
+        if let Some(tracks) = &mut self.tracks {
+            tracks.add(closing, value, lambda, &self.frame.sensor);
         }
-        stats.shadow_rays += 1;
-        !self.scene.occluded(segment)
+    }
+
+    /// What passes of a contribution along `segment`, which begins at `from`, times its weight.
+    fn close(
+        &mut self,
+        from: &Vertex,
+        segment: &Segment,
+        far: bool,
+        lambda: &Wavelengths,
+        stats: &mut PassStats,
+        weight: impl FnOnce(&mut Self, f64) -> f32,
+    ) -> Option<Spectrum> {
+        let scene = self.scene;
+        let mut passage = || path_space::passage(scene, from, segment, far, lambda, stats);
+        // Only in media does the weight depend on the way.
+        if scene.has_media() {
+            let passage = passage()?;
+            return Some(passage.value * weight(self, passage.passing));
+        }
+        let w = weight(self, 1.0);
+        (w > 0.0 && passage().is_some()).then(|| Spectrum::splat(w))
     }
 
     /// (5) and (6), weighted.
@@ -283,13 +352,17 @@ impl<'a> Bidirectional<'a> {
         let Some(y) = light.last() else { return };
         let s = light.len() + 1;
         if self.wanted(s, 1)
-            && y.bsdf.lobes().has(Lobes::SMOOTH)
+            && y.connects()
             && let Some(c) = path_space::to_lens(self.scene, y)
         {
-            let join = Join { at_light: c.pdf, ..Join::default() };
-            let w = self.weight(s, (light, &[]), end, &c.end.camera, &join);
-            if self.open(&c.segment, w, stats) {
-                self.splat(c.value * w, c.end.film, &y.lambda, splats, stats);
+            let l = self.close(y, &c.segment, false, &y.lambda, stats, |this, passing| {
+                let join = Join { at_light: c.pdf, passing, ..Join::default() };
+                this.weight(s, (light, &[]), end, &c.end.camera, &join)
+            });
+            if let Some(l) = l {
+                let d = c.segment.ray.d.normalize();
+                let closing = Closing::ToLens(light.len() - 1, y, d);
+                self.splat(&closing, c.value * l, c.end.film, &y.lambda, splats, stats);
             }
         }
         if y.onward.is_some() && self.wanted(s + 1, 0) {
@@ -310,28 +383,29 @@ impl<'a> Bidirectional<'a> {
         let Some(hit) = scene.camera.meet_lens(&ray) else { return };
         let back = kaustika_math::Ray { o: hit.p, d: -ray.d, time: ray.time };
         let camera = CameraEnd::new(scene, &back);
-        let at_light = (y.pdf, y.pdf_rev);
-        let join = Join { at_light, light_delta: y.delta, ..Join::default() };
-        let w = self.weight(light.len() + 2, (light, &[]), end, &camera, &join);
         let segment = Segment { ray, t_max: (hit.p_near - ray.o).length() };
-        if self.open(&segment, w, stats) {
-            self.splat(beta * (hit.we * w), hit.film, &y.lambda, splats, stats);
+        let l = self.close(y, &segment, false, &y.lambda, stats, |this, passing| {
+            let at_light = (y.pdf, y.pdf_rev);
+            let join = Join { at_light, light_delta: y.delta, passing, ..Join::default() };
+            this.weight(light.len() + 2, (light, &[]), end, &camera, &join)
+        });
+        if let Some(l) = l {
+            let closing = Closing::AtLens(light.len());
+            self.splat(&closing, beta * hit.we * l, hit.film, &y.lambda, splats, stats);
         }
     }
 
     fn splat(
         &self,
+        closing: &Closing,
         value: Spectrum,
         film: Vec2,
         lambda: &Wavelengths,
         splats: &mut Vec<Splat>,
         stats: &mut PassStats,
     ) {
-        let rgb = self.frame.sensor.rgb(value * self.splat_scale, lambda);
-        match rgb.iter().all(|v| v.is_finite()) {
-            true => splats.push(Splat { film, rgb: self.frame.clamp(rgb) }),
-            false => stats.bad_samples += 1,
-        }
+        let value = value * self.splat_scale;
+        splat(self.frame, self.tracks.as_ref(), closing, value, film, lambda, splats, stats);
     }
 
     /// w_{s,t} of the path end, `light`, `eye` (from the lens on), camera.
@@ -354,22 +428,23 @@ impl<'a> Bidirectional<'a> {
             true => at_join,
             false => path[i].pdf_rev,
         };
-        let g = |from: &Vertex, to: &Vertex| {
-            solid_angle_to_area(from.surface.p, to.surface.p, to.surface.ng)
-        };
-        let arrival = |d: &Departure, v: &Vertex| d.density(v.surface.p, v.surface.ng);
+        // To a vertex over the segment of `way`.
+        let g = |from: &Vertex, to: &Vertex, way: f64| to.arriving_from(from.surface.p) * way;
+        let arrival = |d: &Departure, v: &Vertex| d.density(v) * join.passing;
+        let first = light.first().map_or(join.passing, |y| y.passing);
+        let last_way = eye.first().map_or(join.passing, |z| z.passing);
 
         self.links.clear();
         let to_light = match a {
             0 => join.at_eye.0,
             _ => back(light, 0, join.at_light.1),
         };
-        let eye_0 = to_light * end.area(x1.surface.p);
+        let eye_0 = to_light * end.area(x1.surface.p) * first;
         self.links.push(Link { light: end.emission, eye: eye_0, delta: false });
         for (i, y) in light.iter().enumerate() {
             let from_eye = match (light.get(i + 1), eye.last()) {
-                (Some(next), _) => back(light, i + 1, join.at_light.1) * g(next, y),
-                (None, Some(z)) => join.at_eye.0 * g(z, y),
+                (Some(next), _) => back(light, i + 1, join.at_light.1) * g(next, y, next.passing),
+                (None, Some(z)) => join.at_eye.0 * g(z, y, join.passing),
                 (None, None) => arrival(&camera.departure, y),
             };
             let delta = if i + 1 == a { join.light_delta } else { y.delta };
@@ -377,8 +452,8 @@ impl<'a> Bidirectional<'a> {
         }
         for (i, z) in eye.iter().enumerate().rev() {
             let from_light = match (eye.get(i + 1), light.last()) {
-                (Some(next), _) => back(eye, i + 1, join.at_eye.1) * g(next, z),
-                (None, Some(y)) => join.at_light.0 * g(y, z),
+                (Some(next), _) => back(eye, i + 1, join.at_eye.1) * g(next, z, next.passing),
+                (None, Some(y)) => join.at_light.0 * g(y, z, join.passing),
                 (None, None) => arrival(&end.departure, z),
             };
             let delta = if i + 1 == b { join.eye_delta } else { z.delta };
@@ -389,7 +464,7 @@ impl<'a> Bidirectional<'a> {
             (None, Some(y)) => (y, join.at_light.0),
             (None, None) => return 1.0,
         };
-        let lens_light = to_lens * camera.area(last.surface.p);
+        let lens_light = to_lens * camera.area(last.surface.p) * last_way;
         self.links.push(Link { light: lens_light, eye: camera.lens, delta: false });
 
         let joint = Joint {

@@ -34,7 +34,8 @@ pub static INFO: MethodInfo = MethodInfo {
     summary: "bidirectional path tracing with all strategies combined by multiple importance sampling",
     path_class: "L(D|S)*E",
     bias: Bias::Unbiased,
-    media: false,
+    media: true,
+    layers: true,
     schedule: Schedule::Stateless,
     one_spp: "one camera path and one light path a pixel, all connections",
     source: "Veach & Guibas 1994; Veach 1997, ch. 10",
@@ -96,6 +97,7 @@ impl Method for Bdpt {
                     let features = band.wants_features();
                     let record = room.sample(pixel, index, features, splats, &mut stats);
                     band.add(x, y, &record);
+                    band.add_paths(x, y, record.weight, room.layers());
                 }
             }
             stats

@@ -18,7 +18,8 @@ use crate::method::{
     Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule,
 };
 use crate::path_space::{
-    self, LightEnd, Splat, Subpath, Vertex, Walker, emission_table, needs_lens, splat_bands,
+    self, Closing, LightEnd, Splat, Subpath, Tracks, Vertex, Walker, emission_table, needs_lens,
+    splat, splat_bands,
 };
 use crate::registry::Parameter;
 use crate::roulette::{Roulette, Survival};
@@ -26,9 +27,9 @@ use crate::workers::Workers;
 use kaustika_film::accumulate::{PassImage, PixelRecord};
 use kaustika_math::Vec2;
 use kaustika_sampling::Sampler;
-use kaustika_scene::bsdf::{Lobes, Mode};
+use kaustika_scene::bsdf::Mode;
 use kaustika_scene::{LightSelection, Scene, Segment};
-use kaustika_spectra::{Spectrum, Wavelengths};
+use kaustika_spectra::Wavelengths;
 use serde::Deserialize;
 
 /// What light tracing is.
@@ -37,7 +38,8 @@ pub static INFO: MethodInfo = MethodInfo {
     summary: "light tracing: paths from the lights, every vertex connected to the lens",
     path_class: "L(D|S)*DE",
     bias: Bias::Unbiased,
-    media: false,
+    media: true,
+    layers: true,
     schedule: Schedule::Stateless,
     one_spp: "one light path for each pixel",
     source: "Arvo 1986; Dutré, Lafortune & Willems 1993; Veach 1997, sec. 10.3",
@@ -155,7 +157,9 @@ impl Method for LightTracer {
     ) -> Result<Commit, RenderError> {
         let rows = CHUNK.div_ceil(out.width()).max(1);
         let tracer = Tracer::new(scene, frame, &self.params, &self.emission);
-        let bands = splat_bands(workers, frame, out, rows, Vec::new, |path, band, splats| {
+        let tracks = frame.paths.as_ref().map(|classes| Tracks::new(classes, scene));
+        let room = || (Subpath::default(), tracks.clone());
+        let bands = splat_bands(workers, frame, out, rows, room, |path, band, splats| {
             let mut stats = PassStats::default();
             for y in 0..band.height() {
                 for x in 0..band.width() {
@@ -222,64 +226,68 @@ impl<'a> Tracer<'a> {
         &self,
         pixel: [u32; 2],
         index: u64,
-        path: &mut Subpath<'a>,
+        (path, tracks): &mut (Subpath<'a>, Option<Tracks>),
         splats: &mut Vec<Splat>,
         stats: &mut PassStats,
     ) {
         let mut sampler: Sampler = self.frame.sampler.start(pixel, index);
         let u = sampler.get_2d();
         let lambda = Wavelengths::sample_for(self.scene.mode, u.x);
-        let Some((_, start)) =
+        let Some((end, start)) =
             LightEnd::emit(self.scene, self.emission, &lambda, u.y, &mut sampler)
         else {
             return;
         };
         self.walker.walk(&start, self.max_depth, &mut sampler, path, stats);
+        if let Some(tracks) = tracks {
+            tracks.follow_light(path, end.light);
+        }
         for (i, vertex) in path.iter().enumerate() {
             if self.only_depth.is_none_or(|d| d == i + 1) {
                 match self.nee {
-                    true => self.to_lens(vertex, splats, stats),
-                    false => self.at_lens(vertex, splats, stats),
+                    true => self.to_lens((i, vertex), tracks.as_ref(), splats, stats),
+                    false => self.at_lens((i, vertex), tracks.as_ref(), splats, stats),
                 }
             }
         }
     }
 
     /// (1)
-    fn to_lens(&self, y: &Vertex, splats: &mut Vec<Splat>, stats: &mut PassStats) {
-        if !y.bsdf.lobes().has(Lobes::SMOOTH) {
+    fn to_lens(
+        &self,
+        (i, y): (usize, &Vertex),
+        tracks: Option<&Tracks>,
+        splats: &mut Vec<Splat>,
+        stats: &mut PassStats,
+    ) {
+        if !y.connects() {
             return;
         }
         let Some(c) = path_space::to_lens(self.scene, y) else { return };
-        stats.shadow_rays += 1;
-        if !self.scene.occluded(&c.segment) {
-            self.splat(c.value, c.end.film, &y.lambda, splats, stats);
+        let passage = path_space::passage(self.scene, y, &c.segment, false, &y.lambda, stats);
+        if let Some(passage) = passage {
+            let value = c.value * passage.value * self.scale;
+            let closing = Closing::ToLens(i, y, c.segment.ray.d.normalize());
+            splat(self.frame, tracks, &closing, value, c.end.film, &y.lambda, splats, stats);
         }
     }
 
     /// (2)
-    fn at_lens(&self, y: &Vertex, splats: &mut Vec<Splat>, stats: &mut PassStats) {
-        let Some((ray, beta)) = y.onward else { return };
-        let Some(hit) = self.scene.camera.meet_lens(&ray) else { return };
-        stats.shadow_rays += 1;
-        let segment = Segment { ray, t_max: (hit.p_near - ray.o).length() };
-        if !self.scene.occluded(&segment) {
-            self.splat(beta * hit.we, hit.film, &y.lambda, splats, stats);
-        }
-    }
-
-    fn splat(
+    fn at_lens(
         &self,
-        value: Spectrum,
-        film: Vec2,
-        lambda: &Wavelengths,
+        (i, y): (usize, &Vertex),
+        tracks: Option<&Tracks>,
         splats: &mut Vec<Splat>,
         stats: &mut PassStats,
     ) {
-        let rgb = self.frame.sensor.rgb(value * self.scale, lambda);
-        match rgb.iter().all(|v| v.is_finite()) {
-            true => splats.push(Splat { film, rgb: self.frame.clamp(rgb) }),
-            false => stats.bad_samples += 1,
+        let Some((ray, beta)) = y.onward else { return };
+        let Some(hit) = self.scene.camera.meet_lens(&ray) else { return };
+        let segment = Segment { ray, t_max: (hit.p_near - ray.o).length() };
+        if let Some(passage) = path_space::passage(self.scene, y, &segment, false, &y.lambda, stats)
+        {
+            let value = beta * passage.value * (hit.we * self.scale);
+            let closing = Closing::AtLens(i + 1);
+            splat(self.frame, tracks, &closing, value, hit.film, &y.lambda, splats, stats);
         }
     }
 

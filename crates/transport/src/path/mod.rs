@@ -4,6 +4,7 @@
 //! Good at everything that a camera path can find or see directly; bad at caustics from small
 //! lights, which it finds by chance or, from points and directions, not at all.
 
+mod classes;
 mod integrate;
 mod pack;
 mod params;
@@ -17,6 +18,7 @@ mod wave;
 pub use integrate::{Integrator, PathSample};
 pub use params::{PathParams, parameters};
 
+use self::classes::{ClassRoom, trace_classes};
 use self::polarized::trace_polarized;
 use self::wave::{Wave, trace_alone};
 use crate::frame::Frame;
@@ -24,6 +26,7 @@ use crate::lights;
 use crate::method::{
     Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule,
 };
+use crate::path_space::needs_lens;
 use crate::workers::Workers;
 use kaustika_film::accumulate::PassImage;
 use kaustika_scene::bsdf::Bsdf;
@@ -36,6 +39,7 @@ pub static INFO: MethodInfo = MethodInfo {
     path_class: "L(D|S)*E",
     bias: Bias::Unbiased,
     media: true,
+    layers: true,
     schedule: Schedule::Stateless,
     one_spp: "one camera path a pixel",
     source: "Kajiya 1986; Veach 1997, ch. 9",
@@ -93,6 +97,13 @@ impl Method for PathTracer {
                            out `-p polarized=true`";
             return Err(RenderError::Failed(message.into()));
         }
+        if frame.paths.is_some() {
+            if self.params.polarized {
+                let message = "polarized light is not sorted by paths: leave out `--layer`";
+                return Err(RenderError::Failed(message.into()));
+            }
+            needs_lens(scene)?;
+        }
         // What is learned of surfaces says nothing of points in media.
         if self.params.mis.samples_lights() && !scene.has_media() {
             self.lights = lights::learn(scene, frame, self.params.max_bounces(), workers);
@@ -113,7 +124,11 @@ impl Method for PathTracer {
         let rows = rows(frame.size());
         // The vertices of paths through media have little in common: they go one by one.
         let alone = self.alone || scene.has_media();
-        let bands = if self.params.polarized {
+        let bands = if let Some(classes) = &frame.paths {
+            let room = || ClassRoom::new(&integrator, classes);
+            workers
+                .bands(out, rows, room, |room, band| trace_classes(&integrator, index, room, band))
+        } else if self.params.polarized {
             workers.bands(out, rows, Bsdf::default, |bsdf, band| {
                 trace_polarized(&integrator, index, bsdf, band)
             })

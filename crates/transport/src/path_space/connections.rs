@@ -10,8 +10,8 @@
 //! Whether anything stands between is asked last, by whoever needs it.
 
 use super::{CameraEnd, LightEnd, Vertex};
-use kaustika_math::{Ray, Vec2, ray::offset_origin};
-use kaustika_scene::bsdf::{Lobes, Mode};
+use kaustika_math::{Ray, Vec2};
+use kaustika_scene::bsdf::Mode;
 use kaustika_scene::{LightSelection, Scene, Segment};
 use kaustika_spectra::{Spectrum, Wavelengths};
 
@@ -47,10 +47,6 @@ pub struct Joined {
     pub lambda: Wavelengths,
 }
 
-fn both((a, b): (f32, f32)) -> (f64, f64) {
-    (f64::from(a), f64::from(b))
-}
-
 impl Vertex<'_> {
     /// (3): this vertex of an eye path asks `lights` for a light; `emission` is how lights are
     /// chosen to emit.
@@ -65,16 +61,14 @@ impl Vertex<'_> {
         let choice = lights.sample(s.p, self.light_normal(), u, Vec2::new(u0, u1))?;
         let light = scene.light(choice.light);
         let l = light.sample_li_in(scene, s.p, choice.region, choice.u, &self.lambda)?;
-        let (f, pdf) = self.bsdf.eval_pdf(self.wo, l.wi, Mode::Radiance, Lobes::ALL);
+        let (f, pdf) = self.eval_pdf(l.wi, Mode::Radiance);
         let value = self.beta * f * l.le / (choice.p * l.pdf_w);
         let end = || LightEnd::new(scene, emission, choice.light, l.p, l.n, -l.wi);
-        let segment = || scene.shadow_ray(s, &l);
-        (!value.is_black()).then(|| Connection {
-            value,
-            segment: segment(),
-            pdf: both(pdf),
-            end: end(),
-        })
+        let segment = || match self.inside {
+            None => scene.shadow_ray(s, &l),
+            Some(_) => scene.shadow_ray_in_space(s.p, s.time, &l),
+        };
+        (!value.is_black()).then(|| Connection { value, segment: segment(), pdf, end: end() })
     }
 }
 
@@ -83,22 +77,21 @@ pub fn join(y: &Vertex, z: &Vertex) -> Option<Connection<Joined>> {
     let to_eye = z.surface.p - y.surface.p;
     let d2 = to_eye.length_squared();
     let d = to_eye.try_normalize()?;
-    let (f_y, pdf_y) = y.bsdf.eval_pdf(y.wo, d, Mode::Importance, Lobes::ALL);
-    let (f_z, pdf_z) = z.bsdf.eval_pdf(z.wo, -d, Mode::Radiance, Lobes::ALL);
+    let (f_y, pdf_y) = y.eval_pdf(d, Mode::Importance);
+    let (f_z, pdf_z) = z.eval_pdf(-d, Mode::Radiance);
     let value = y.beta * f_y * f_z * z.beta / d2;
     if value.is_black() {
         return None;
     }
     // Ends before the other surface as it begins before its own.
-    let s = &y.surface;
-    let target = offset_origin(s.p, s.p_error, s.ng, to_eye);
+    let target = y.spawn(to_eye).o;
     // A dispersed path leaves the other nothing but the hero.
     let lambda = if y.lambda.secondary_terminated() { y.lambda } else { z.lambda };
     Some(Connection {
         value,
-        segment: Segment { ray: z.surface.spawn_to(target), t_max: 1.0 },
-        pdf: both(pdf_y),
-        end: Joined { pdf_eye: both(pdf_z), lambda },
+        segment: Segment { ray: z.spawn_to(target), t_max: 1.0 },
+        pdf: pdf_y,
+        end: Joined { pdf_eye: pdf_z, lambda },
     })
 }
 
@@ -106,13 +99,13 @@ pub fn join(y: &Vertex, z: &Vertex) -> Option<Connection<Joined>> {
 /// for each picture.
 pub fn to_lens(scene: &Scene, y: &Vertex) -> Option<Connection<LensConnection>> {
     let c = scene.camera.sample_wi(y.surface.p, Vec2::new(y.u[0], y.u[1]), y.surface.time)?;
-    let (f, pdf) = y.bsdf.eval_pdf(y.wo, c.wi, Mode::Importance, Lobes::ALL);
+    let (f, pdf) = y.eval_pdf(c.wi, Mode::Importance);
     let value = y.beta * f * (c.we / c.pdf_w);
     let ray = Ray { o: c.p_lens, d: -c.wi, time: y.surface.time };
     (!value.is_black()).then(|| Connection {
         value,
-        segment: Segment { ray: y.surface.spawn_to(c.p_near), t_max: 1.0 },
-        pdf: both(pdf),
+        segment: Segment { ray: y.spawn_to(c.p_near), t_max: 1.0 },
+        pdf,
         end: LensConnection { camera: CameraEnd::new(scene, &ray), film: c.film },
     })
 }

@@ -86,6 +86,7 @@ impl LightEnd {
             beta: e.le * (e.cos / (choice.p * e.pdf_a * e.pdf_w)),
             lambda: *lambda,
             departure: end.departure,
+            medium: scene.medium_at_light(choice.light, e.n, e.ray.d),
             footprint: 0.0,
             spread: 0.0,
         };

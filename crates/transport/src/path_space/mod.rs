@@ -10,20 +10,32 @@
 //! x₁ seen from parallel light (or a parallel camera):  P→₁ = p_disk |cos θ₁|          (2)
 //! ```
 //!
+//! In a medium densities are per volume, and g→ is σₜ/d²; every segment has in its densities the
+//! factor that nothing happened on it ([`Vertex::passing`]), which is the same from both sides. Of
+//! media that vary it is left out: no method knows it, and weights may depend on anything that is
+//! a function of the path alone.
+//!
 //! A light at infinity is its direction: the density of x₀ is then per solid angle. So is that of
 //! xₖ of a parallel camera. Dirac lobes stand with their probability, in both directions alike.
 
 mod camera_end;
+mod classes;
 mod connections;
 mod light_end;
+mod passage;
 mod splats;
 mod subpath;
+mod through_media;
+mod vertex;
 
 pub use camera_end::{CameraEnd, needs_lens};
+pub use classes::{Closing, Tracks};
 pub use connections::{Connection, Joined, LensConnection, join, to_lens};
 pub use light_end::{LightEnd, emission_table};
-pub use splats::{Splat, splat_bands};
-pub use subpath::{Departure, Escape, Start, Subpath, Vertex, Walker};
+pub use passage::{Passage, passage};
+pub use splats::{Splat, splat, splat_bands};
+pub use subpath::{Departure, Escape, Glow, Start, Subpath, Walker};
+pub use vertex::{Inside, Vertex};
 
 use kaustika_math::Vec3;
 

@@ -1,18 +1,51 @@
 //! Samples that choose their pixels.
 
+use super::{Closing, Tracks};
 use crate::frame::Frame;
-use crate::method::RenderError;
+use crate::method::{PassStats, RenderError};
 use crate::workers::Workers;
 use kaustika_film::accumulate::{PassImage, PixelBand};
 use kaustika_math::Vec2;
+use kaustika_spectra::{Spectrum, Wavelengths};
 
 /// Light that reached the film.
 #[derive(Clone, Copy, Debug)]
 pub struct Splat {
     /// Where, in pixels of the whole picture.
     pub film: Vec2,
+    /// Number of a layer by path; `None`: the picture itself.
+    pub layer: Option<usize>,
     /// How much, linear RGB.
     pub rgb: [f32; 3],
+}
+
+/// Leaves a value on the film, and on the layers by path that it belongs to. Bad numbers count as
+/// black.
+#[expect(clippy::too_many_arguments)]
+pub fn splat(
+    frame: &Frame,
+    tracks: Option<&Tracks>,
+    closing: &Closing,
+    value: Spectrum,
+    film: Vec2,
+    lambda: &Wavelengths,
+    splats: &mut Vec<Splat>,
+    stats: &mut PassStats,
+) {
+    let mut leave = |value: Spectrum, layer| {
+        let rgb = frame.sensor.rgb(value, lambda);
+        let sound = rgb.iter().all(|v| v.is_finite());
+        if sound {
+            splats.push(Splat { film, layer, rgb: frame.clamp(rgb) });
+        }
+        sound
+    };
+    stats.bad_samples += u64::from(!leave(value, None));
+    if let Some(tracks) = tracks {
+        tracks.each(closing, |layer, part| {
+            leave(value * part, Some(layer));
+        });
+    }
 }
 
 /// Bands whose splats are kept at the same time: bounds the memory they take.
@@ -64,7 +97,7 @@ fn add(frame: &Frame, image: &mut PassImage, s: &Splat) {
         for x in span(s.film.x, radius.x, x0, x1) {
             let offset = s.film - Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
             let k = filter.evaluate(offset) * scale;
-            image.splat(x - x0, y - y0, s.rgb.map(|v| k * v));
+            image.splat(x - x0, y - y0, s.layer, s.rgb.map(|v| k * v));
         }
     }
 }

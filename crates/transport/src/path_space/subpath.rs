@@ -1,16 +1,17 @@
-//! Subpaths: random walks over surfaces from either end.
+//! Subpaths: random walks from either end, over surfaces and through media.
 
-use super::solid_angle_to_area;
+use super::Vertex;
 use crate::method::PassStats;
 use crate::roulette::{Roulette, WalkState};
 use kaustika_math::{Ray, Vec2, Vec3};
 use kaustika_sampling::Sampler;
-use kaustika_scene::bsdf::{Bsdf, Lobes, Mode};
+use kaustika_scene::bsdf::{Bsdf, BsdfSample, Lobes, Mode};
+use kaustika_scene::description::MediumId;
 use kaustika_scene::{Scene, Surface};
 use kaustika_spectra::{Spectrum, Wavelengths};
 
 /// Passages through interfaces between two vertices a walk may make before it is given up.
-const MAX_PASSAGES: u32 = 1000;
+pub(super) const MAX_PASSAGES: u32 = 1000;
 
 /// How a subpath leaves its end: what gives the density of its first vertex.
 #[derive(Clone, Copy, Debug)]
@@ -34,12 +35,12 @@ pub enum Departure {
 }
 
 impl Departure {
-    /// Density per area of the first vertex being `p` with normal `n`.
+    /// Density of the first vertex being `v`, as far as its place decides.
     #[inline]
-    pub fn density(&self, p: Vec3, n: Vec3) -> f64 {
+    pub fn density(&self, v: &Vertex) -> f64 {
         match *self {
-            Departure::Point { p: from, pdf_w } => pdf_w * solid_angle_to_area(from, p, n),
-            Departure::Parallel { d, pdf_a } => pdf_a * f64::from(n.abs_dot(d)),
+            Departure::Point { p, pdf_w } => pdf_w * v.arriving_from(p),
+            Departure::Parallel { d, pdf_a } => pdf_a * v.arriving_along(d),
             Departure::Fixed => 1.0,
         }
     }
@@ -58,55 +59,49 @@ pub struct Start {
     pub lambda: Wavelengths,
     /// How the density of the first vertex follows.
     pub departure: Departure,
+    /// The medium that the ray begins in.
+    pub medium: Option<MediumId>,
     /// Width of the beam at the end, for filtering textures.
     pub footprint: f32,
     /// Its growth with distance.
     pub spread: f32,
 }
 
-/// A surface that a subpath has met.
-#[derive(Clone, Debug)]
-pub struct Vertex<'a> {
-    /// Where.
-    pub surface: Surface,
-    /// Unit direction to the vertex before.
-    pub wo: Vec3,
-    /// What arrives, over the density of the subpath.
-    pub beta: Spectrum,
-    /// Wavelengths, the secondary ones ended if the subpath was dispersed.
-    pub lambda: Wavelengths,
-    /// Scattering.
-    pub bsdf: Bsdf<'a>,
-    /// Numbers for a connection from here: two for a point, one for a choice.
-    pub u: [f32; 3],
-    /// Density per area, from the side of the subpath.
-    pub arrival: f64,
-    /// Density per solid angle of the direction in which the subpath went on; a Dirac lobe's
-    /// probability; 0 if it ended.
-    pub pdf: f64,
-    /// That of the way back: of `wo` had the path come from there.
-    pub pdf_rev: f64,
-    /// True if it went on by a Dirac lobe.
-    pub delta: bool,
-    /// The ray on which it goes on and what that carries, if it does.
-    pub onward: Option<(Ray, Spectrum)>,
+/// The light's or the eye's part of a path, without its end.
+#[derive(Debug, Default)]
+pub struct Subpath<'a> {
+    /// What it met.
+    pub vertices: Vec<Vertex<'a>>,
+    /// The light of the media that it went through.
+    pub glows: Vec<Glow>,
 }
 
-impl Vertex<'_> {
-    /// The normal that lights are chosen with: that of the side which the path is on, the same
-    /// whether it came from the light or from the eye. None where light passes through.
-    #[inline]
-    pub fn light_normal(&self) -> Vec3 {
-        if self.bsdf.lobes().has(Lobes::TRANSMISSION) {
-            return Vec3::ZERO;
-        }
-        let s = &self.surface;
-        if s.ns.dot(self.wo) < 0.0 { -s.ng } else { s.ng }
+/// Light that a medium added to a subpath.
+#[derive(Clone, Copy, Debug)]
+pub struct Glow {
+    /// Vertices met before.
+    pub depth: usize,
+    /// Radiance, over the density of the subpath.
+    pub value: Spectrum,
+    /// Wavelengths.
+    pub lambda: Wavelengths,
+}
+
+impl Subpath<'_> {
+    /// Forgets all.
+    pub fn clear(&mut self) {
+        self.vertices.clear();
+        self.glows.clear();
     }
 }
 
-/// The light's or the eye's part of a path, without its end.
-pub type Subpath<'a> = Vec<Vertex<'a>>;
+impl<'a> std::ops::Deref for Subpath<'a> {
+    type Target = [Vertex<'a>];
+
+    fn deref(&self) -> &[Vertex<'a>] {
+        &self.vertices
+    }
+}
 
 /// A ray that left the scene.
 #[derive(Clone, Copy, Debug)]
@@ -119,6 +114,8 @@ pub struct Escape {
     pub beta: Spectrum,
     /// Wavelengths.
     pub lambda: Wavelengths,
+    /// As [`Vertex::passing`].
+    pub passing: f64,
 }
 
 /// Makes subpaths.
@@ -136,8 +133,8 @@ pub struct Walker<'a> {
 }
 
 impl<'a> Walker<'a> {
-    /// Follows a subpath for at most `most` vertices, into `path`. `each` is called at each
-    /// vertex before it scatters. The ray that left the scene, if that ended the subpath.
+    /// Follows a subpath for at most `most` vertices, into `path`. The ray that left the scene, if
+    /// that ended the subpath.
     pub fn walk(
         &self,
         start: &Start,
@@ -147,77 +144,148 @@ impl<'a> Walker<'a> {
         stats: &mut PassStats,
     ) -> Option<Escape> {
         path.clear();
-        let Start { mut ray, mut t_max, mut beta, mut lambda, departure, .. } = *start;
-        let mut footprint = start.footprint;
-        let (mut throughput, mut eta_scale) = (Spectrum::ONE, 1.0);
+        if self.scene.has_media() {
+            return self.walk_through_media(start, most, sampler, path, stats);
+        }
+        let mut trail = Trail::new(start);
         let mut passages = 0;
         while path.len() < most {
             stats.closest_rays += 1;
-            let Some(hit) = self.scene.hit(&ray, t_max) else {
-                return Some(Escape { o: ray.o, d: ray.d, beta, lambda });
+            let Some(hit) = self.scene.hit(&trail.ray, trail.t_max) else {
+                return Some(trail.escape(1.0));
             };
-            let mut surface = self.scene.geometry.surface(&hit, &ray);
-            footprint += start.spread * surface.t;
-            surface.footprint = footprint;
-            let wo = -ray.d;
+            let mut surface = self.scene.geometry.surface(&hit, &trail.ray);
+            trail.widen(surface.t);
+            surface.footprint = trail.footprint;
+            let wo = -trail.ray.d;
             let mut bsdf = Bsdf::default();
-            if !self.scene.bsdf_into(&surface, wo, &mut lambda, &mut bsdf) {
+            if !self.scene.bsdf_into(&surface, wo, &mut trail.lambda, &mut bsdf) {
                 passages += 1;
                 if passages > MAX_PASSAGES {
                     return None;
                 }
-                (ray, t_max) = (surface.spawn(ray.d), f32::INFINITY);
+                (trail.ray, trail.t_max) = (surface.spawn(trail.ray.d), f32::INFINITY);
                 continue;
             }
-            let arrival = match path.last() {
-                None => departure.density(surface.p, surface.ng),
-                Some(v) => v.pdf * solid_angle_to_area(v.surface.p, surface.p, surface.ng),
-            };
             let u = sampler.get_vertex();
             let scattered = bsdf.sample(wo, u[5], Vec2::new(u[2], u[3]), self.mode, Lobes::ALL);
-            let (pdf, pdf_rev, delta) = scattered.map_or((0.0, 0.0, false), |s| {
-                (s.pdf.into(), s.pdf_rev.into(), s.lobe.has(Lobes::DELTA))
-            });
-            let spawned = scattered.map(|s| (s, surface.spawn(s.wi)));
-            let u_connect = [u[0], u[1], u[4]];
-            path.push(Vertex {
-                surface,
-                wo,
-                beta,
-                lambda,
-                bsdf,
-                u: u_connect,
-                arrival,
-                pdf,
-                pdf_rev,
-                delta,
-                onward: None,
-            });
-            let (s, next) = spawned.filter(|_| delta || !self.until_smooth)?;
-            beta *= s.weight;
-            throughput *= s.weight;
-            eta_scale *= match self.mode {
-                Mode::Radiance => s.eta * s.eta,
-                Mode::Importance => 1.0,
-            };
-            if beta.is_black() {
-                return None;
-            }
-            let depth = path.len() as u32;
-            let state = WalkState { beta: throughput, eta_scale, weight: s.weight, depth };
-            let q = self.roulette.q(&state);
-            if q < 1.0 {
-                if u[6] >= q {
-                    return None;
-                }
-                beta /= q;
-                throughput /= q;
-            }
-            if let Some(v) = path.last_mut() {
-                v.onward = Some((next, beta));
-            }
-            (ray, t_max, passages) = (next, f32::INFINITY, 0);
+            let vertex = trail.vertex(path, surface, bsdf, wo, &u);
+            path.vertices.push(vertex);
+            self.leave(&mut trail, path, scattered.as_ref(), u[6])?;
+            passages = 0;
         }
         None
+    }
+
+    /// Goes on from the last vertex as `scattered` says, if the subpath survives.
+    pub(super) fn leave(
+        &self,
+        trail: &mut Trail,
+        path: &mut Subpath<'a>,
+        scattered: Option<&BsdfSample>,
+        u: f32,
+    ) -> Option<()> {
+        let depth = path.len() as u32;
+        let v = path.vertices.last_mut()?;
+        let s = scattered?;
+        (v.pdf, v.pdf_rev) = (f64::from(s.pdf) / v.share, f64::from(s.pdf_rev) / v.share);
+        v.delta = s.lobe.has(Lobes::DELTA);
+        v.straight = s.lobe.has(Lobes::NULL);
+        if self.until_smooth && !v.delta {
+            return None;
+        }
+        let next = v.spawn(s.wi);
+        trail.beta *= s.weight;
+        trail.throughput *= s.weight;
+        trail.eta_scale *= match self.mode {
+            Mode::Radiance => s.eta * s.eta,
+            Mode::Importance => 1.0,
+        };
+        if trail.beta.is_black() {
+            return None;
+        }
+        let (beta, eta_scale) = (trail.throughput, trail.eta_scale);
+        let q = self.roulette.q(&WalkState { beta, eta_scale, weight: s.weight, depth });
+        if q < 1.0 {
+            if u >= q {
+                return None;
+            }
+            trail.beta /= q;
+            trail.throughput /= q;
+        }
+        v.onward = Some((next, trail.beta));
+        (trail.ray, trail.t_max) = (next, f32::INFINITY);
+        Some(())
+    }
+}
+
+/// A subpath between two vertices.
+pub(super) struct Trail {
+    pub(super) ray: Ray,
+    pub(super) t_max: f32,
+    pub(super) beta: Spectrum,
+    pub(super) lambda: Wavelengths,
+    pub(super) departure: Departure,
+    pub(super) footprint: f32,
+    spread: f32,
+    /// β without what the subpath began with.
+    pub(super) throughput: Spectrum,
+    eta_scale: f32,
+}
+
+impl Trail {
+    pub(super) fn new(start: &Start) -> Trail {
+        let Start { ray, t_max, beta, lambda, departure, footprint, spread, .. } = *start;
+        let (throughput, eta_scale) = (Spectrum::ONE, 1.0);
+        Trail { ray, t_max, beta, lambda, departure, footprint, spread, throughput, eta_scale }
+    }
+
+    /// After a distance.
+    pub(super) fn widen(&mut self, t: f32) {
+        self.footprint += self.spread * t;
+    }
+
+    pub(super) fn escape(&self, passing: f64) -> Escape {
+        let Trail { ray, beta, lambda, .. } = *self;
+        Escape { o: ray.o, d: ray.d, beta, lambda, passing }
+    }
+
+    /// The vertex where the ray met something, before it scatters; `u` are the vertex's numbers.
+    pub(super) fn vertex<'a>(
+        &self,
+        path: &Subpath,
+        surface: Surface,
+        bsdf: Bsdf<'a>,
+        wo: Vec3,
+        u: &[f32; 8],
+    ) -> Vertex<'a> {
+        let mut v = Vertex {
+            surface,
+            wo,
+            beta: self.beta,
+            lambda: self.lambda,
+            bsdf,
+            inside: None,
+            medium: None,
+            u: [u[0], u[1], u[4]],
+            arrival: 0.0,
+            passing: 1.0,
+            pdf: 0.0,
+            pdf_rev: 0.0,
+            share: 1.0,
+            delta: false,
+            straight: false,
+            onward: None,
+        };
+        v.arrival = self.arrival(path, &v);
+        v
+    }
+
+    /// Density of a vertex, as far as its place decides.
+    pub(super) fn arrival(&self, path: &Subpath, v: &Vertex) -> f64 {
+        match path.last() {
+            None => self.departure.density(v),
+            Some(last) => last.pdf * v.arriving_from(last.surface.p),
+        }
     }
 }

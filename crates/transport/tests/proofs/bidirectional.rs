@@ -15,10 +15,16 @@ use serde_json::{Value, json};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-const SIZE: [u32; 2] = [12, 8];
+pub(crate) const SIZE: [u32; 2] = [12, 8];
 
 /// The mean of the picture and of its quarters by a method; passes count as independent.
-pub fn means(scene: &Scene, method: &str, p: Value, passes: u64, seed: u64) -> Vec<RunningMean> {
+pub(crate) fn means(
+    scene: &Scene,
+    method: &str,
+    p: Value,
+    passes: u64,
+    seed: u64,
+) -> Vec<RunningMean> {
     let config =
         SamplerConfig { kind: SamplerKind::Independent, seed, spp: passes, resolution: SIZE };
     let frame = Frame::new(SIZE, FilterDesc::BOX, config);
@@ -47,14 +53,14 @@ pub fn means(scene: &Scene, method: &str, p: Value, passes: u64, seed: u64) -> V
 }
 
 /// Fails unless two pictures agree as a whole and quarter by quarter.
-pub fn agree(what: &str, a: &[RunningMean], b: &[RunningMean]) {
+pub(crate) fn agree(what: &str, a: &[RunningMean], b: &[RunningMean]) {
     for (i, (a, b)) in a.iter().zip(b).enumerate() {
         same(&format!("{what}, part {i}"), a, b);
     }
 }
 
 /// A box with an open front, a glossy block, and whatever lights it.
-pub fn room() -> Stage {
+pub(crate) fn room() -> Stage {
     let mut stage = Stage::new();
     let (white, red) = (stage.diffuse(0.7), stage.diffuse(0.3));
     let metal = stage.metal(0.3);
@@ -242,7 +248,13 @@ fn weighted_strategies_add_up_to_the_picture() {
 }
 
 /// As [`means`], of a method whose passes are not alike: the mean of independent renders.
-fn renders(scene: &Scene, method: &str, p: Value, passes: u64, seed: u64) -> Vec<RunningMean> {
+pub(crate) fn renders(
+    scene: &Scene,
+    method: &str,
+    p: Value,
+    passes: u64,
+    seed: u64,
+) -> Vec<RunningMean> {
     let mut all = vec![RunningMean::new(); 5];
     for k in 0..12 {
         let one = means(scene, method, p.clone(), passes, seed * 100 + k);

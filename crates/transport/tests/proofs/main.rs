@@ -7,7 +7,9 @@
 mod adjoint;
 mod beams;
 mod bidirectional;
+mod bidirectional_media;
 mod cameras;
+mod classes;
 mod furnace;
 mod hair;
 mod irradiance;

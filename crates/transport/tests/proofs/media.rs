@@ -16,7 +16,7 @@ use std::sync::Arc;
 
 /// How the same coefficients are described.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Form {
+pub(crate) enum Form {
     /// Once and for all.
     Even,
     /// By a grid of extinctions, all alike.
@@ -24,9 +24,9 @@ enum Form {
     /// By a density of 2, halved by the scale, in cells of which some have a majorant too high.
     Dense,
 }
-const FORMS: [Form; 3] = [Form::Even, Form::Grid, Form::Dense];
+pub(crate) const FORMS: [Form; 3] = [Form::Even, Form::Grid, Form::Dense];
 
-fn rgb(c: [f32; 3]) -> SpectrumDesc {
+pub(crate) fn rgb(c: [f32; 3]) -> SpectrumDesc {
     SpectrumDesc::Rgb { rgb: c, space: ColorSpace::Srgb }
 }
 
@@ -38,7 +38,7 @@ fn grid(resolution: [u32; 3], values: Vec<f32>) -> Arc<GridDesc> {
 }
 
 /// σₜ, albedo and phase function.
-fn medium(form: Form, sigma_t: f32, albedo: f32, phase: PhaseDesc) -> MediumDesc {
+pub(crate) fn medium(form: Form, sigma_t: f32, albedo: f32, phase: PhaseDesc) -> MediumDesc {
     let albedo = FieldDesc::Constant(grey(albedo));
     let extinction = |v| CoefficientsDesc::ExtinctionAlbedo(v, albedo);
     let (coefficients, density, scale) = match form {
@@ -70,7 +70,7 @@ fn medium(form: Form, sigma_t: f32, albedo: f32, phase: PhaseDesc) -> MediumDesc
 }
 
 /// A shape of nothing, filled with a medium.
-fn filled(stage: &mut Stage, g: GeometryDesc, t: Transform, m: MediumDesc) {
+pub(crate) fn filled(stage: &mut Stage, g: GeometryDesc, t: Transform, m: MediumDesc) {
     let null = stage.material(MaterialModel::Null { counts: false });
     fill(stage, g, t, null, m);
 }
@@ -81,7 +81,7 @@ fn fill(stage: &mut Stage, g: GeometryDesc, t: Transform, material: MaterialId, 
     stage.shape(g, t, material).interior = Some(id);
 }
 
-fn hg(g: f32) -> PhaseDesc {
+pub(crate) fn hg(g: f32) -> PhaseDesc {
     PhaseDesc::HenyeyGreenstein { g }
 }
 
@@ -189,13 +189,13 @@ fn once_scattered_light_of_a_lamp_in_fog() {
 
 /// S of flakes with the squares of projected areas 0.09 along z, 0.81 and 0.36 along two axes
 /// across, turned by 30°.
-fn flakes() -> [f32; 6] {
+pub(crate) fn flakes() -> [f32; 6] {
     let (s, c) = (0.5f32, 0.75f32.sqrt());
     [0.81 * c * c + 0.36 * s * s, 0.81 * s * s + 0.36 * c * c, 0.09, 0.45 * s * c, 0.0, 0.0]
 }
 
 /// The same flakes everywhere, by a grid.
-fn flake_grid() -> PhaseDesc {
+pub(crate) fn flake_grid() -> PhaseDesc {
     let values = flakes().repeat(8);
     let grid = GridDesc { channels: 6, ..(*grid([2, 2, 2], values)).clone() };
     PhaseDesc::Sggx(SggxDesc::Grid(Arc::new(grid)))
@@ -312,7 +312,7 @@ fn a_glowing_slab() {
 }
 
 /// A lamp and a lamp of no extent over a floor, all in fog, seen from within.
-fn foggy_room(m: MediumDesc) -> Stage {
+pub(crate) fn foggy_room(m: MediumDesc) -> Stage {
     let mut stage = Stage::new();
     stage.sky(0.3);
     let white = stage.diffuse(0.7);

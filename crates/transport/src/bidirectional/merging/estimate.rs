@@ -16,7 +16,8 @@ use crate::features::describe;
 use crate::frame::Frame;
 use crate::method::{PassStats, RenderError};
 use crate::path_space::{
-    self, CameraEnd, LightEnd, Splat, Start, Subpath, Vertex, Walker, solid_angle_to_area,
+    self, CameraEnd, Closing, LightEnd, Passage, Splat, Start, Subpath, Tracks, Vertex, Walker,
+    splat,
 };
 use crate::workers::Workers;
 use kaustika_film::accumulate::PixelRecord;
@@ -59,6 +60,39 @@ pub(super) struct Room<'a> {
     eye: Subpath<'a>,
     of_light: Vec<Carried>,
     of_eye: Vec<Carried>,
+    /// The classes of paths, if there are layers of them.
+    tracks: Option<Tracks<'a>>,
+}
+
+impl Room<'_> {
+    /// What the layers by path got of the last sample.
+    pub(super) fn layers(&self) -> &[[f32; 3]] {
+        self.tracks.as_ref().map_or(&[], Tracks::found)
+    }
+}
+
+/// What a pixel's sample has found.
+struct Found<'r, 'f> {
+    frame: &'r Frame,
+    rgb: [f32; 3],
+    tracks: &'r mut Option<Tracks<'f>>,
+}
+
+impl Found<'_, '_> {
+    fn add(&mut self, l: Spectrum, lambda: &Wavelengths, how: &Closing, stats: &mut PassStats) {
+        self.add_to_picture(l, lambda, stats);
+        if let Some(tracks) = self.tracks {
+            tracks.add(how, l, lambda, &self.frame.sensor);
+        }
+    }
+
+    fn add_to_picture(&mut self, l: Spectrum, lambda: &Wavelengths, stats: &mut PassStats) {
+        let c = self.frame.sensor.rgb(l, lambda);
+        match c.iter().all(|v| v.is_finite()) {
+            true => self.rgb.iter_mut().zip(c).for_each(|(sum, v)| *sum += v),
+            false => stats.bad_samples += 1,
+        }
+    }
 }
 
 /// A number in [0, 1) for a pass: van der Corput's, shifted.
@@ -102,7 +136,8 @@ impl<'a> Estimator<'a> {
     }
 
     pub(super) fn room(&self) -> Room<'a> {
-        Room::default()
+        let tracks = self.frame.paths.as_ref().map(|classes| Tracks::new(classes, self.scene));
+        Room { tracks, ..Room::default() }
     }
 
     /// All vertices of light paths that can be merged.
@@ -118,32 +153,36 @@ impl<'a> Estimator<'a> {
         let count = width as usize * height as usize;
         let chunk = |chunk: usize| {
             let mut room = self.room();
-            let mut photons = Vec::new();
+            let (mut photons, mut classes) = (Vec::new(), Vec::new());
             let mut stats = PassStats::default();
             if workers.cancelled() {
-                return (photons, stats);
+                return (photons, classes, stats);
             }
             for i in chunk * CHUNK..count.min((chunk + 1) * CHUNK) {
                 let [x, y] = [i as u32 % width, i as u32 / width];
                 let pixel = [self.frame.region[0] + x, self.frame.region[1] + y];
                 if self.light_path(pixel, &mut room, &mut stats).is_some() {
-                    let vertices = room.light.iter().zip(&room.of_light).enumerate();
-                    photons.extend(vertices.filter_map(|(i, (v, c))| photon(i, v, c)));
+                    for (i, (v, c)) in room.light.iter().zip(&room.of_light).enumerate() {
+                        let Some(photon) = photon(i, v, c) else { continue };
+                        photons.push(photon);
+                        classes.extend(room.tracks.as_ref().map(|t| t.back(i).to_vec()));
+                    }
                 }
             }
-            (photons, stats)
+            (photons, classes, stats)
         };
         let chunks: Vec<_> =
             workers.install(|| (0..count.div_ceil(CHUNK)).into_par_iter().map(chunk).collect());
         if workers.cancelled() {
             return Err(RenderError::Cancelled);
         }
-        let mut all = Vec::new();
-        for (photons, s) in chunks {
+        let (mut all, mut all_classes) = (Vec::new(), Vec::new());
+        for (photons, classes, s) in chunks {
             all.extend(photons);
+            all_classes.extend(classes);
             *stats += s;
         }
-        Ok(Photons::new(all, self.radius))
+        Ok(Photons::new(all, all_classes, self.radius))
     }
 
     /// The light path that goes with a pixel.
@@ -164,6 +203,9 @@ impl<'a> Estimator<'a> {
             Walker { scene: self.scene, roulette, mode: Carrying::Importance, until_smooth: false };
         walker.walk(&start, self.max_depth, &mut sampler, &mut room.light, stats);
         self.weights.of_light(self.scene, self.lights, &end, &room.light, &mut room.of_light);
+        if let Some(tracks) = &mut room.tracks {
+            tracks.follow_light(&room.light, end.light);
+        }
         Some(end)
     }
 
@@ -189,6 +231,7 @@ impl<'a> Estimator<'a> {
             beta: Spectrum::ONE,
             lambda: self.lambda,
             departure: camera_end.departure,
+            medium: scene.camera_medium,
             footprint: camera.width * scene.footprint_scale,
             spread: camera.spread * scene.footprint_scale,
         };
@@ -201,45 +244,46 @@ impl<'a> Estimator<'a> {
         let most = self.max_depth.saturating_add(1);
         let escape = walker.walk(&start, most, &mut sampler, &mut room.eye, stats);
         self.weights.of_eye(&camera_end, &room.eye, &mut room.of_eye);
+        if let Some(tracks) = &mut room.tracks {
+            tracks.follow_eye(&room.eye);
+        }
         let end = match mode.connects() {
             true => self.light_path(pixel, room, stats),
             false => None,
         };
+        let Room { light, eye, of_light, of_eye, tracks } = room;
 
-        let mut rgb = [0.0; 3];
-        let mut add = |l: Spectrum, lambda: &Wavelengths, stats: &mut PassStats| {
-            let c = frame.sensor.rgb(l, lambda);
-            match c.iter().all(|v| v.is_finite()) {
-                true => rgb.iter_mut().zip(c).for_each(|(sum, v)| *sum += v),
-                false => stats.bad_samples += 1,
-            }
-        };
+        let mut sum = Found { frame, rgb: [0.0; 3], tracks };
         let mut record = PixelRecord::default();
-        for (i, (z, c)) in room.eye.iter().zip(&room.of_eye).enumerate() {
+        for glow in eye.glows.iter().filter(|g| self.counts(g.depth)) {
+            sum.add(glow.value, &glow.lambda, &Closing::Glow(glow.depth), stats);
+        }
+        for (i, (z, c)) in eye.iter().zip(&*of_eye).enumerate() {
             if let (0, true) = (i, features) {
                 describe(scene, &z.surface, &z.bsdf, z.wo, &z.lambda, &mut record);
             }
             if let Some(id) = z.surface.light {
                 let le = scene.light(id).le(scene, &z.surface, z.wo, &z.lambda);
                 let found = (id, z.surface.p, z.surface.ng, z.wo);
-                let w = self.found(&room.eye[..i], &room.of_eye, found, le);
-                add(z.beta * le * w, &z.lambda, stats);
+                let w = self.found((&eye[..i], z.passing), of_eye, found, le);
+                sum.add(z.beta * le * w, &z.lambda, &Closing::Found(i, id), stats);
             }
-            if !z.bsdf.lobes().has(Lobes::SMOOTH) {
+            if !z.connects() {
                 continue;
             }
-            if mode.merges() {
-                self.merge(i, z, c, photons, &mut |l, lambda| add(l, lambda, stats));
+            if mode.merges() && z.inside.is_none() {
+                self.merge(i, z, c, photons, &mut sum, stats);
             }
             if !mode.connects() {
                 continue;
             }
-            if let Some(l) = self.next_event(i, z, c, stats) {
-                add(l, &z.lambda, stats);
+            if let Some((l, end)) = self.next_event(i, z, c, stats) {
+                let how = Closing::NextEvent(i, z, -end.w, end.light);
+                sum.add(l, &z.lambda, &how, stats);
             }
-            for (j, y) in room.light.iter().enumerate() {
-                if let Some((l, lambda)) = self.join((j, y, &room.of_light[j]), (i, z, c), stats) {
-                    add(l, &lambda, stats);
+            for (j, y) in light.iter().enumerate() {
+                if let Some((l, lambda)) = self.join((j, y, &of_light[j]), (i, z, c), stats) {
+                    sum.add(l, &lambda, &Closing::Join((j, y), (i, z)), stats);
                 }
             }
         }
@@ -247,16 +291,17 @@ impl<'a> Estimator<'a> {
             for &id in &scene.environments {
                 let le = scene.light(id).escaped(escape.o, escape.d, &escape.lambda).le;
                 let found = (id, Vec3::ZERO, Vec3::ZERO, -escape.d);
-                let w = self.found(&room.eye, &room.of_eye, found, le);
-                add(escape.beta * le * w, &escape.lambda, stats);
+                let w = self.found((eye, escape.passing), of_eye, found, le);
+                let how = Closing::Found(eye.len(), id);
+                sum.add(escape.beta * le * w, &escape.lambda, &how, stats);
             }
         }
         if end.is_some() {
-            for (j, (y, c)) in room.light.iter().zip(&room.of_light).enumerate() {
-                self.connect_lens(j, y, c, splats, stats);
+            for (j, (y, c)) in light.iter().zip(&*of_light).enumerate() {
+                self.connect_lens(j, y, c, sum.tracks.as_ref(), splats, stats);
             }
         }
-        PixelRecord { rgb: frame.clamp(rgb), weight: film.weight, ..record }
+        PixelRecord { rgb: frame.clamp(sum.rgb), weight: film.weight, ..record }
     }
 
     /// True if paths of this many bounces are wanted.
@@ -267,7 +312,7 @@ impl<'a> Estimator<'a> {
     /// Weight of the light that an eye path found which had met `eye`.
     fn found(
         &self,
-        eye: &[Vertex],
+        (eye, passing): (&[Vertex], f64),
         carried: &[Carried],
         (id, p, n, w): (LightId, Vec3, Vec3, Vec3),
         le: Spectrum,
@@ -284,22 +329,17 @@ impl<'a> Estimator<'a> {
         }
         let (m, c) = (|x| self.weights.m(x), &carried[depth - 1]);
         let end = LightEnd::new(self.scene, self.emission, id, p, n, w);
-        let arrival = z.pdf * end.area(z.surface.p);
-        let emitted = m(end.emission / arrival) * m(self.departure(&end, z));
+        let arrival = z.pdf * end.area(z.surface.p) * passing;
+        let emitted = m(end.emission / arrival) * m(end.departure.density(z) * passing);
         let back = m(z.pdf_rev) * c.vc;
         let others = match z.delta {
             true => emitted * back,
             false => {
                 m(end.next_event(self.scene, self.lights, z) / arrival)
-                    + emitted * (self.weights.eta_m + c.vcm + back)
+                    + emitted * (self.weights.eta_m_at(z) + c.vcm + back)
             }
         };
         1.0 / (1.0 + others)
-    }
-
-    /// Density of x₁ by emission from x₀.
-    fn departure(&self, end: &LightEnd, x1: &Vertex) -> f64 {
-        end.departure.density(x1.surface.p, x1.surface.ng)
     }
 
     fn next_event(
@@ -308,20 +348,21 @@ impl<'a> Estimator<'a> {
         z: &Vertex,
         c: &Carried,
         stats: &mut PassStats,
-    ) -> Option<Spectrum> {
+    ) -> Option<(Spectrum, LightEnd)> {
         if !self.counts(i + 1) {
             return None;
         }
         let e = z.next_event(self.scene, self.lights, self.emission)?;
         let (weights, end) = (&self.weights, &e.end);
+        let passage = self.open(z, &e.segment, end.infinite, &z.lambda, stats)?;
         let chosen = end.next_event(self.scene, self.lights, z);
         let found = match end.hittable {
-            true => weights.m(e.pdf.0 * end.area(z.surface.p) / chosen),
+            true => weights.m(e.pdf.0 * end.area(z.surface.p) * passage.passing / chosen),
             false => 0.0,
         };
-        let emitted = end.emission * self.departure(end, z) / chosen;
-        let w = 1.0 / (1.0 + found + weights.side(c, emitted, e.pdf.1));
-        self.open(&e.segment, stats).then(|| e.value * w)
+        let emitted = end.emission * end.departure.density(z) * passage.passing / chosen;
+        let w = 1.0 / (1.0 + found + weights.side(z, c, emitted, e.pdf.1));
+        Some((e.value * passage.value * w, e.end))
     }
 
     fn join(
@@ -330,18 +371,17 @@ impl<'a> Estimator<'a> {
         (i, z, c_z): (usize, &Vertex, &Carried),
         stats: &mut PassStats,
     ) -> Option<(Spectrum, Wavelengths)> {
-        if !self.counts(i + j + 2) || !y.bsdf.lobes().has(Lobes::SMOOTH) {
+        if !self.counts(i + j + 2) || !y.connects() {
             return None;
         }
         let joined = path_space::join(y, z)?;
         let (pdf_y, pdf_z) = (joined.pdf, joined.end.pdf_eye);
-        let g = |from: &Vertex, to: &Vertex| {
-            solid_angle_to_area(from.surface.p, to.surface.p, to.surface.ng)
-        };
-        let light = self.weights.side(c_y, pdf_z.0 * g(z, y), pdf_y.1);
-        let eye = self.weights.side(c_z, pdf_y.0 * g(y, z), pdf_z.1);
+        let passage = self.open(z, &joined.segment, false, &joined.end.lambda, stats)?;
+        let g = |from: &Vertex, to: &Vertex| to.arriving_from(from.surface.p) * passage.passing;
+        let light = self.weights.side(y, c_y, pdf_z.0 * g(z, y), pdf_y.1);
+        let eye = self.weights.side(z, c_z, pdf_y.0 * g(y, z), pdf_z.1);
         let w = 1.0 / (1.0 + light + eye);
-        self.open(&joined.segment, stats).then(|| (joined.value * w, joined.end.lambda))
+        Some((joined.value * passage.value * w, joined.end.lambda))
     }
 
     fn connect_lens(
@@ -349,25 +389,22 @@ impl<'a> Estimator<'a> {
         j: usize,
         y: &Vertex,
         c: &Carried,
+        tracks: Option<&Tracks>,
         splats: &mut Vec<Splat>,
         stats: &mut PassStats,
     ) {
-        if !self.counts(j + 1) || !y.bsdf.lobes().has(Lobes::SMOOTH) {
+        if !self.counts(j + 1) || !y.connects() {
             return;
         }
         let Some(l) = path_space::to_lens(self.scene, y) else { return };
+        let Some(passage) = self.open(y, &l.segment, false, &y.lambda, stats) else { return };
         let camera = &l.end.camera;
-        let seen = camera.lens * camera.departure.density(y.surface.p, y.surface.ng)
+        let seen = camera.lens * camera.departure.density(y) * passage.passing
             / (self.weights.light_paths * camera.connection);
-        let w = 1.0 / (1.0 + self.weights.side(c, seen, l.pdf.1));
-        if !self.open(&l.segment, stats) {
-            return;
-        }
-        let rgb = self.frame.sensor.rgb(l.value * (w / self.count), &y.lambda);
-        match rgb.iter().all(|v| v.is_finite()) {
-            true => splats.push(Splat { film: l.end.film, rgb: self.frame.clamp(rgb) }),
-            false => stats.bad_samples += 1,
-        }
+        let w = 1.0 / (1.0 + self.weights.side(y, c, seen, l.pdf.1));
+        let value = l.value * passage.value * (w / self.count);
+        let how = Closing::ToLens(j, y, l.segment.ray.d.normalize());
+        splat(self.frame, tracks, &how, value, l.end.film, &y.lambda, splats, stats);
     }
 
     /// The second sum of (1).
@@ -377,11 +414,12 @@ impl<'a> Estimator<'a> {
         z: &Vertex,
         c: &Carried,
         photons: &Photons,
-        add: &mut impl FnMut(Spectrum, &Wavelengths),
+        found: &mut Found,
+        stats: &mut PassStats,
     ) {
         let kernel = 1.0 / (PI * self.radius * self.radius * self.count);
         let (mut sum, mut hero) = (Spectrum::ZERO, Spectrum::ZERO);
-        photons.near(z.surface.p, |photon| {
+        photons.near(z.surface.p, |number, photon| {
             if !self.counts(i + photon.depth as usize) {
                 return;
             }
@@ -400,24 +438,40 @@ impl<'a> Estimator<'a> {
             // Grazing photons are few and heavy; below this cosine the surface is its own edge.
             let cos = z.surface.ng.abs_dot(photon.wo).max(1e-3);
             let l = f * photon.beta * (w / cos);
+            if let Some(tracks) = found.tracks {
+                let mut lambda = z.lambda;
+                if photon.dispersed {
+                    lambda.terminate_secondary();
+                }
+                let (l, back) = (l * z.beta * kernel, photons.back(number));
+                let at = (i, z, photon.wo);
+                tracks.add_merged(at, back, l, &lambda, &self.frame.sensor);
+            }
             match photon.dispersed {
                 true => hero += l,
                 false => sum += l,
             }
         });
         if !sum.is_black() {
-            add(sum * z.beta * kernel, &z.lambda);
+            found.add_to_picture(sum * z.beta * kernel, &z.lambda, stats);
         }
         if !hero.is_black() {
             let mut lambda = z.lambda;
             lambda.terminate_secondary();
-            add(hero * z.beta * kernel, &lambda);
+            found.add_to_picture(hero * z.beta * kernel, &lambda, stats);
         }
     }
 
-    fn open(&self, segment: &Segment, stats: &mut PassStats) -> bool {
-        stats.shadow_rays += 1;
-        !self.scene.occluded(segment)
+    /// What passes along a connection's segment, which begins at `from`.
+    fn open(
+        &self,
+        from: &Vertex,
+        segment: &Segment,
+        far: bool,
+        lambda: &Wavelengths,
+        stats: &mut PassStats,
+    ) -> Option<Passage> {
+        path_space::passage(self.scene, from, segment, far, lambda, stats)
     }
 }
 

@@ -33,7 +33,8 @@ pub static INFO: MethodInfo = MethodInfo {
     summary: "vertex connection and merging: bidirectional path tracing with progressive photon mapping",
     path_class: "L(D|S)*E",
     bias: Bias::Consistent,
-    media: false,
+    media: true,
+    layers: true,
     schedule: Schedule::Stateless,
     one_spp: "one camera path and one light path a pixel, all connections and merges",
     source: "Georgiev, Křivánek, Davidovič & Slusallek 2012",
@@ -46,6 +47,7 @@ pub static PPM_INFO: MethodInfo = MethodInfo {
     path_class: "L(D|S)*DS*E",
     bias: Bias::Consistent,
     media: false,
+    layers: true,
     schedule: Schedule::Stateless,
     one_spp: "one camera path and one light path a pixel",
     source: "Hachisuka & Jensen 2009; Knaus & Zwicker 2011",
@@ -88,6 +90,11 @@ impl Method for Vcm {
         workers: &Workers,
     ) -> Result<(), RenderError> {
         needs_lens(scene)?;
+        if scene.has_media() && !self.params.mode.connects() {
+            let message = "light in participating media is connected, not merged: use the mode \
+                           `vcm` or `bpt`";
+            return Err(RenderError::Failed(message.into()));
+        }
         if self.params.mode.connects() {
             self.lights = lights::learn(scene, frame, self.params.max_bounces(), workers);
         }
@@ -123,6 +130,7 @@ impl Method for Vcm {
                         let record =
                             estimator.sample(pixel, features, &photons, room, splats, &mut stats);
                         band.add(x, y, &record);
+                        band.add_paths(x, y, record.weight, room.layers());
                     }
                 }
                 stats

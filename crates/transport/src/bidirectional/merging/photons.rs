@@ -2,6 +2,7 @@
 
 use super::grid::HashGrid;
 use super::recursion::Carried;
+use kaustika_film::path_expression::Back;
 use kaustika_math::Vec3;
 use kaustika_spectra::Spectrum;
 
@@ -33,23 +34,34 @@ impl Photon {
 #[derive(Debug, Default)]
 pub(super) struct Photons {
     all: Vec<Photon>,
+    /// The classes of each one's path, if there are layers of them.
+    classes: Vec<Vec<(Back, Spectrum)>>,
     grid: HashGrid,
     radius2: f32,
 }
 
 impl Photons {
-    pub(super) fn new(all: Vec<Photon>, radius: f32) -> Photons {
+    pub(super) fn new(
+        all: Vec<Photon>,
+        classes: Vec<Vec<(Back, Spectrum)>>,
+        radius: f32,
+    ) -> Photons {
         let grid = HashGrid::new(all.len(), radius, |i| all[i].p);
-        Photons { all, grid, radius2: radius * radius }
+        Photons { all, classes, grid, radius2: radius * radius }
     }
 
-    /// Calls `each` with the photons within the radius of `p`.
+    /// The classes of a photon's path.
+    pub(super) fn back(&self, number: u32) -> &[(Back, Spectrum)] {
+        &self.classes[number as usize]
+    }
+
+    /// Calls `each` with the photons within the radius of `p`, and their numbers.
     #[inline]
-    pub(super) fn near(&self, p: Vec3, mut each: impl FnMut(&Photon)) {
+    pub(super) fn near(&self, p: Vec3, mut each: impl FnMut(u32, &Photon)) {
         self.grid.near(p, |i| {
             let photon = &self.all[i as usize];
             if (photon.p - p).length_squared() < self.radius2 {
-                each(photon);
+                each(i, photon);
             }
         });
     }

@@ -11,10 +11,10 @@
 //!   over a Dirac lobe only m(g_x / P_y) m(p_back) VC (and VM) are left, and VCM' = 0
 //! ```
 //!
-//! η_m is 0 where nothing is merged, η_c where nothing is connected. g_x is what turns a density
+//! In media nothing is merged: at their vertices η_m of VC' and the 1 of VM' are 0. η_m is 0 where nothing is merged, η_c where nothing is connected. g_x is what turns a density
 //! per solid angle at y into one of x, p_back the density of the way back at x.
 
-use crate::path_space::{CameraEnd, LightEnd, Vertex, solid_angle_to_area};
+use crate::path_space::{CameraEnd, LightEnd, Vertex};
 use kaustika_scene::{LightSelection, Scene};
 
 /// The three numbers at one vertex.
@@ -82,7 +82,7 @@ impl Weights {
         let made = end.emission * first.arrival;
         let next_event = end.next_event(scene, lights, first);
         let vc = match end.hittable {
-            true => self.m(end.area(first.surface.p) / made),
+            true => self.m(end.area(first.surface.p) * first.passing / made),
             false => 0.0,
         };
         carried.push(Carried { vcm: self.m(next_event / made), vc, vm: vc * self.eta_c });
@@ -106,24 +106,37 @@ impl Weights {
         for pair in path.windows(2) {
             let [x, y] = pair else { continue };
             let Some(&c) = carried.last() else { return };
-            let g = solid_angle_to_area(y.surface.p, x.surface.p, x.surface.ng);
+            let g = x.arriving_from(y.surface.p) * y.passing;
+            let (eta_m, merges) = self.merging_at(x);
             let (k, back) = (self.m(g / y.arrival), self.m(x.pdf_rev));
             carried.push(match x.delta {
                 true => Carried { vcm: 0.0, vc: k * back * c.vc, vm: k * back * c.vm },
                 false => Carried {
                     vcm: self.m(1.0 / y.arrival),
-                    vc: k * (self.eta_m + c.vcm + back * c.vc),
-                    vm: k * (1.0 + self.eta_c * c.vcm + back * c.vm),
+                    vc: k * (eta_m + c.vcm + back * c.vc),
+                    vm: k * (merges + self.eta_c * c.vcm + back * c.vm),
                 },
             });
         }
     }
 
-    /// What the other ways on one side of a connection amount to: `density` is that of the
+    /// η_m, and 1, at a vertex where paths merge; nothing in media, where they don't.
+    #[inline]
+    fn merging_at(&self, v: &Vertex) -> (f32, f32) {
+        if v.inside.is_some() { (0.0, 0.0) } else { (self.eta_m, 1.0) }
+    }
+
+    /// η_m at a vertex.
+    #[inline]
+    pub fn eta_m_at(&self, v: &Vertex) -> f32 {
+        self.merging_at(v).0
+    }
+
+    /// What the other ways on one side of a connection at `v` amount to: `density` is that of the
     /// vertex as the other side makes it, `back` the density of the way on along its own side.
     #[inline]
-    pub fn side(&self, c: &Carried, density: f64, back: f64) -> f32 {
-        self.m(density) * (self.eta_m + c.vcm + self.m(back) * c.vc)
+    pub fn side(&self, v: &Vertex, c: &Carried, density: f64, back: f64) -> f32 {
+        self.m(density) * (self.merging_at(v).0 + c.vcm + self.m(back) * c.vc)
     }
 
     /// The same at a merge; `on` is the density of the way on as the other side makes it.

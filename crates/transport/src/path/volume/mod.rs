@@ -2,24 +2,14 @@
 //! between surfaces. Only scenes that have media come here.
 //!
 //! ```text
-//! T(t) = exp(-∫₀ᵗ σₜ)                                                              (1)
-//! homogeneous: p(t) = σₜ T(t), f = σₛ T(t);  p(passing) = T(t)                      (2)
-//! others, with a majorant σ̄ and its transmittance T̄: collisions with p = σ̄ T̄, of which
-//!   real ones (σₜ/σ̄) scatter, f = σₛ T̄, and null ones go on, f = p = (σ̄ - σₜ) T̄      (3)
-//! β ← β f / ⟨s p⟩,   s ← s p / ⟨s p⟩,   ℓ ← ℓ q / ⟨s p⟩                             (4)
 //! w_b = h(⟨ℓ⟩ p p_l, p_b),   w_l = 1 - w_b                                         (5)
 //! homogeneous, beside a lamp: p(t) = (1 - α) σₜ T(t) + α (1 - T(end)) p_lamp(t)      (6)
 //! ```
 //!
-//! The coefficients differ between the lanes of a spectrum, so each lane would choose distances
-//! with a density of its own. One lane, the hero, chooses, and all lanes take the result with the
-//! mean ⟨·⟩ of their densities (4): s is each lane's share in it, ⟨s⟩ = 1. That is multiple
-//! importance sampling over the lanes by the balance heuristic, path by path (Wilkie et al. 2014,
-//! "Hero wavelength spectral sampling"; Miller, Georgiev & Jarosz 2019, "A null-scattering path
-//! integral formulation of light transport"). ℓ is the density with which light sampling would
-//! have made the way since the last vertex, over the same mean; q is its factor: shadow rays
-//! never scatter, so they pass homogeneous media with certainty and others by ratio tracking,
-//! q = σ̄ T̄ a collision (Novák et al. 2014). A vertex sets ℓ = s.
+//! (1) to (4), the distances and how the lanes of a spectrum share them, are those of
+//! [`crate::extinction`]. ℓ is the density with which light sampling would have made the way since
+//! the last vertex: shadow rays never scatter, so they pass homogeneous media with certainty and
+//! others by ratio tracking, q = σ̄ T̄ a collision (Novák et al. 2014). A vertex sets ℓ = s.
 //!
 //! Of the paths that scatter in a homogeneous medium a share α does so where a lamp's light is
 //! strong ([`equiangular`]); how many scatter stays as (2) has it, so that ℓ need not know.
@@ -28,14 +18,14 @@
 //! bounce, and shadow rays pass it too, as in Mitsuba's `volpath`. pbrt's panes stop shadow rays.
 
 mod equiangular;
+mod found;
 mod shadow;
-mod shares;
 mod tracking;
 
-use self::shares::{Shares, Stream};
 use self::tracking::Travel;
 use super::integrate::{Integrator, MAX_PASSAGES};
 use super::walk::{Previous, Walk};
+use crate::extinction::{Shares, Stream};
 use crate::features::describe;
 use crate::method::PassStats;
 use crate::roulette::WalkState;
@@ -51,6 +41,8 @@ use kaustika_spectra::{Sensor, Spectrum};
 struct Flight<'a> {
     /// s and ℓ.
     shares: Shares,
+    /// What lane 0 has found, had it been alone from the start.
+    alone: f32,
     /// Where it is.
     medium: Option<MediumId>,
     /// The number that the next distance is drawn with.
@@ -86,6 +78,7 @@ impl<'a> Integrator<'a> {
         let u = sampler.get_vertex();
         let mut flight = Flight {
             shares: Shares::new(&walk.lambda, u[0]),
+            alone: 0.0,
             medium: scene.camera_medium,
             u_distance: u[7],
             stream: Stream::new(&u[1..7]),
@@ -103,10 +96,10 @@ impl<'a> Integrator<'a> {
                 Travel::Passed => match &hit {
                     None => {
                         if self.shows(walk.depth) {
-                            let previous = flight.shares.seen_from(&walk.previous);
+                            let previous = flight.seen_from(&walk.previous);
                             let ray = &walk.segment.ray;
                             let le = walk.beta * self.escaped(ray, &previous, &walk.lambda);
-                            flight.shares.add(walk, le);
+                            flight.add(walk, le);
                         }
                         false
                     }
@@ -117,7 +110,7 @@ impl<'a> Integrator<'a> {
                 break;
             }
         }
-        flight.shares.settle(walk);
+        flight.settle(walk);
     }
 
     /// Takes a path on from a surface; false if it ends.
@@ -137,16 +130,16 @@ impl<'a> Integrator<'a> {
         let wo = -ray.d;
         let mut surface = scene.geometry.surface(hit, &ray);
         if let (true, Some(id)) = (self.shows(walk.depth), surface.light) {
-            let previous = flight.shares.seen_from(&walk.previous);
+            let previous = flight.seen_from(&walk.previous);
             let le = walk.beta * self.emitted(id, &surface, &ray, &previous, &walk.lambda);
-            flight.shares.add(walk, le);
+            flight.add(walk, le);
         }
         walk.footprint += walk.spread * surface.t;
         surface.footprint = walk.footprint;
         if !scene.bsdf_into(&surface, wo, &mut walk.lambda, bsdf) {
             return pass(self, walk, flight, &surface);
         }
-        flight.shares.follow(walk);
+        flight.follow(walk);
         if let (Some(record), 0) = (record, walk.depth) {
             describe(scene, &surface, bsdf, wo, &walk.lambda, record);
         }
@@ -175,7 +168,7 @@ impl<'a> Integrator<'a> {
         if goes_straight(&s, wo, flight.panes) && straight.1 > 0.0 {
             let (value, p) = straight;
             walk.beta *= value / p;
-            flight.shares.pass_with(p);
+            flight.pass_with(p);
             return pass(self, walk, flight, &surface);
         }
         walk.beta *= s.weight;
@@ -256,7 +249,7 @@ fn pass(integrator: &Integrator, walk: &mut Walk, flight: &mut Flight, surface: 
     let d = walk.segment.ray.d;
     walk.passages += 1;
     flight.medium = integrator.scene().medium_beyond(surface, d, flight.medium);
-    flight.u_distance = flight.stream.next();
+    flight.u_distance = flight.stream.draw();
     walk.segment = Segment { ray: surface.spawn(d), t_max: f32::INFINITY };
     walk.passages <= MAX_PASSAGES
 }

@@ -3,8 +3,9 @@
 use super::super::integrate::Integrator;
 use super::super::walk::Walk;
 use super::equiangular::Equiangular;
-use super::shares::optical_distance;
+use super::found::add_alone;
 use super::{Flight, Scattering};
+use crate::extinction::{collide, optical_distance, optical_length, transmittance};
 use kaustika_math::{Vec2, Vec3};
 use kaustika_scene::medium::{Coefficients, Medium};
 use kaustika_spectra::Spectrum;
@@ -20,21 +21,6 @@ pub(super) enum Travel {
     Scattered(Scattering),
     /// Nothing of it is left.
     Ended,
-}
-
-/// T of (1) over `length` of constant extinction, also infinite.
-#[inline]
-pub(super) fn transmittance(sigma_t: Spectrum, length: f32) -> Spectrum {
-    sigma_t.map(|s| if s > 0.0 { (-s * length).exp() } else { 1.0 })
-}
-
-/// ∫₀ᵈ T(t) dt of constant extinction.
-#[inline]
-fn optical_length(sigma_t: Spectrum, d: f32) -> Spectrum {
-    sigma_t.map(|s| {
-        let x = s * d;
-        if s > 0.0 && x > 1e-4 { -(-x).exp_m1() / s } else { d * (1.0 - 0.5 * x) }
-    })
 }
 
 impl<'a> Integrator<'a> {
@@ -67,7 +53,7 @@ impl<'a> Integrator<'a> {
         if !c.glow.is_black() && self.counts(walk.depth) {
             // All of the way, wherever the path itself may end.
             let found = walk.beta * c.glow * optical_length(sigma_t, length);
-            flight.shares.add(walk, found);
+            flight.add(walk, found);
         }
         let shares = &mut flight.shares;
         if !medium.scatters {
@@ -80,8 +66,8 @@ impl<'a> Integrator<'a> {
         if sigma > 0.0 && distance < length {
             let lamp = self.lamp_along(walk, flight, (t0, t1));
             let stream = &mut flight.stream;
-            if let (Some(lamp), true) = (&lamp, stream.next() < BY_LAMP) {
-                distance = (lamp.sample(stream.next()) - t0).clamp(0.0, length);
+            if let (Some(lamp), true) = (&lamp, stream.draw() < BY_LAMP) {
+                distance = (lamp.sample(stream.draw()) - t0).clamp(0.0, length);
             }
             let t = transmittance(sigma_t, distance);
             let mut p = sigma_t * t; // (2)
@@ -108,7 +94,7 @@ impl<'a> Integrator<'a> {
             return None;
         }
         let (ray, stream) = (&walk.segment.ray, &mut flight.stream);
-        let mut u2 = || Vec2::new(stream.next(), stream.next());
+        let mut u2 = || Vec2::new(stream.draw(), stream.draw());
         let (a, b) = (u2(), u2());
         let choice = self.lights.sample(ray.o, Vec3::ZERO, a.x, b)?;
         let light = self.scene().light(choice.light);
@@ -130,49 +116,15 @@ impl<'a> Integrator<'a> {
     ) -> Option<(f32, Spectrum)> {
         let (ray, lambda) = (walk.segment.ray, walk.lambda);
         let shows = self.counts(walk.depth);
-        let hero = flight.shares.hero;
-        let mut rest = optical_distance(flight.u_distance);
-        // T̄ since the last collision.
-        let mut t_bar = Spectrum::ONE;
-        for stretch in medium.stretches(&ray, t0, t1, &lambda) {
-            let bar = stretch.majorant;
-            let mut t = stretch.t0;
-            while bar[hero] > 0.0 && rest < bar[hero] * (stretch.t1 - t) {
-                let step = rest / bar[hero];
-                t += step;
-                t_bar *= transmittance(bar, step);
-                let c = medium.at(ray.at(t), ray.d, &lambda);
-                let p = t_bar * bar;
-                if shows && !c.glow.is_black() {
-                    let mean = flight.shares.mean(flight.shares.camera * p);
-                    let found = walk.beta * t_bar * c.glow / mean;
-                    // The lanes' shares once they have collided.
-                    let shares = flight.shares.camera * p / mean;
-                    flight.shares.add_by(walk, found, shares);
-                }
-                let shares = &mut flight.shares;
-                if medium.scatters && flight.stream.next() * bar[hero] < c.sigma_t[hero] {
-                    let (f, p) = (c.sigma_s * t_bar, c.sigma_t * t_bar);
-                    shares.event(&mut walk.beta, f, p, Spectrum::ZERO); // (3)
-                    return Some((t, c.sigma_s.safe_div(c.sigma_t)));
-                }
-                let null = (bar - c.sigma_t).clamp_zero() * t_bar;
-                // What does not scatter needs no choice: the collision weakens the path.
-                let chosen = if medium.scatters { null } else { p };
-                shares.event(&mut walk.beta, null, chosen, p);
-                if walk.beta.is_black() {
-                    return None;
-                }
-                t_bar = Spectrum::ONE;
-                rest = flight.stream.distance();
+        let Flight { u_distance, stream, shares, alone, .. } = flight;
+        let Walk { beta, radiance, .. } = walk;
+        let glow = |found: Spectrum, shares: Spectrum| {
+            if shows {
+                add_alone(radiance, alone, found, shares);
             }
-            let length = stretch.t1 - t;
-            if bar[hero] > 0.0 {
-                rest -= bar[hero] * length;
-            }
-            t_bar *= transmittance(bar, length);
-        }
-        flight.shares.event(&mut walk.beta, t_bar, t_bar, t_bar);
-        None
+        };
+        let range = (t0, t1);
+        let c = collide(medium, &ray, range, &lambda, *u_distance, stream, shares, beta, glow)?;
+        Some((c.t, c.at.sigma_s.safe_div(c.at.sigma_t)))
     }
 }
