@@ -98,7 +98,7 @@ fn add_bands(picture: &mut Picture, total: &Total, names: &[String], offset: usi
     for (band, name) in names.iter().enumerate() {
         let at = offset + 2 * band;
         let value = |i| match (total.id(i, at), total.id(i, at + 1)) {
-            (_, below) if below == 0.0 => 0.0,
+            (_, 0.0) => 0.0,
             (above, below) => above / below,
         };
         picture.push(name, (0..picture.pixel_count()).map(value).collect());
