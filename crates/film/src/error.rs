@@ -16,7 +16,7 @@ pub enum ImageError {
         source: io::Error,
     },
     /// Neither the first bytes nor the extension belong to a format known here.
-    #[error("{}: not an image format known here (png, jpg, tga, exr, hdr, pfm)", path.display())]
+    #[error("{}: not an image format known here (png, jpg, tga, bmp, exr, hdr, pfm)", path.display())]
     UnknownFormat {
         /// The file.
         path: PathBuf,

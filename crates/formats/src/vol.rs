@@ -14,7 +14,7 @@ use std::path::Path;
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct VolFile {
     pub(crate) resolution: [u32; 3],
-    /// 1 or 3.
+    /// 1, 3 or 6.
     pub(crate) channels: u32,
     pub(crate) values: Vec<f32>,
     /// The box that the samples fill.
@@ -66,8 +66,8 @@ fn parse(bytes: &[u8], kind: Samples) -> Result<VolFile, String> {
     }
     let resolution = resolution.map(|n| n as u32);
     let channels = int(4);
-    if channels != 1 && channels != 3 {
-        return Err(format!("{channels} channels are not supported, only 1 and 3"));
+    if ![1, 3, 6].contains(&channels) {
+        return Err(format!("{channels} channels are not supported, only 1, 3 and 6"));
     }
     // Three 31-bit numbers and a small one: no overflow in 128 bits.
     let count = resolution.iter().map(|n| u128::from(*n)).product::<u128>() * channels as u128;
@@ -82,7 +82,9 @@ fn parse(bytes: &[u8], kind: Samples) -> Result<VolFile, String> {
         }
         _ => samples.iter().map(|b| f32::from(*b) / 255.0).collect(),
     };
+    // Microflakes have covariances among their six numbers.
     let (least, wanted) = match kind {
+        Samples::Amounts if channels == 6 => (f32::MIN, "no number"),
         Samples::Amounts => (0.0, "neither zero nor a positive number"),
         Samples::Distances => (f32::MIN, "no number"),
     };
@@ -136,7 +138,7 @@ mod tests {
             "samples of encoding 2 are not supported, only 1 (f32) and 3 (bytes)"
         );
         assert_eq!(why(&file(1, [0, 1, 1], 1, &[])), "a resolution of 0 x 1 x 1 is no grid");
-        assert_eq!(why(&file(1, [1; 3], 2, &[])), "2 channels are not supported, only 1 and 3");
+        assert_eq!(why(&file(1, [1; 3], 2, &[])), "2 channels are not supported, only 1, 3 and 6");
         let huge = [i32::MAX; 3];
         assert!(why(&file(1, huge, 3, &[])).ends_with("are announced"));
         let nan = f32::NAN.to_le_bytes();

@@ -17,10 +17,17 @@ const MIN_GROUPS: u64 = 8;
 pub fn picture(tree: &PassTree, record: &Record, seconds: f64) -> Picture {
     let mut picture = preview(tree);
     if let Some(total) = tree.total() {
+        add_bands(&mut picture, &total, &record.bands, tree.layers().offset_of_bands());
         add_features(&mut picture, tree, &total);
         add_paths(&mut picture, tree, &total);
         let names = ["Variance.R", "Variance.G", "Variance.B"];
         add_rgb(&mut picture, names, |i| total.variance(i));
+        if let Some(camera_space) = record.gbuffer {
+            add_relative_variance(&mut picture, &total);
+            if camera_space {
+                to_camera(&mut picture, &record.world_to_camera);
+            }
+        }
         let independent = record.sampler == SamplerKind::Independent.name();
         if independent && total.passes >= MIN_GROUPS {
             let n = total.passes as f32;
@@ -50,6 +57,51 @@ fn add_rgb(picture: &mut Picture, names: [&str; 3], pixel: impl Fn(usize) -> [f3
     }
     for (name, plane) in names.into_iter().zip(planes) {
         picture.push(name, plane);
+    }
+}
+
+/// Variance over mean, as pbrt's gbuffer film has it.
+fn add_relative_variance(picture: &mut Picture, total: &Total) {
+    let names = ["RelativeVariance.R", "RelativeVariance.G", "RelativeVariance.B"];
+    add_rgb(picture, names, |i| {
+        let (variance, mean) = (total.variance(i), total.rgb(i));
+        std::array::from_fn(|c| if mean[c] == 0.0 { 0.0 } else { variance[c] / mean[c] })
+    });
+}
+
+/// Turns mean positions and normals; where nothing was met they are zero, and stay so.
+fn to_camera(picture: &mut Picture, world_to_camera: &[[f32; 4]; 4]) {
+    for (layer, is_point) in [("P", true), ("N", false), ("Ns", false)] {
+        let index = ["X", "Y", "Z"].map(|axis| {
+            let name = format!("{layer}.{axis}");
+            picture.channels.iter().position(|c| c.name == name)
+        });
+        let [Some(x), Some(y), Some(z)] = index else { continue };
+        for i in 0..picture.pixel_count() {
+            let v = [x, y, z].map(|channel| picture.channels[channel].data[i]);
+            if v == [0.0; 3] {
+                continue;
+            }
+            let turned = world_to_camera.map(|row| {
+                let offset = if is_point { row[3] } else { 0.0 };
+                row[0] * v[0] + row[1] * v[1] + row[2] * v[2] + offset
+            });
+            for (channel, value) in [x, y, z].into_iter().zip(turned) {
+                picture.channels[channel].data[i] = value;
+            }
+        }
+    }
+}
+
+/// (1) of [`Bands`](kaustika_film::accumulate::Bands).
+fn add_bands(picture: &mut Picture, total: &Total, names: &[String], offset: usize) {
+    for (band, name) in names.iter().enumerate() {
+        let at = offset + 2 * band;
+        let value = |i| match (total.id(i, at), total.id(i, at + 1)) {
+            (_, 0.0) => 0.0,
+            (above, below) => above / below,
+        };
+        picture.push(name, (0..picture.pixel_count()).map(value).collect());
     }
 }
 

@@ -37,6 +37,12 @@ pub struct Record {
     pub light_sampler: Option<String>,
     /// Feature layers by name.
     pub layers: Vec<String>,
+    /// Channels by wavelength, by name.
+    #[serde(default)]
+    pub bands: Vec<String>,
+    /// pbrt's gbuffer film: true if its positions and normals are in the camera's space.
+    #[serde(default)]
+    pub gbuffer: Option<bool>,
     /// Layers by path, as `NAME=EXPRESSION`, and names of those that the method adds.
     #[serde(default)]
     pub path_layers: Vec<String>,
@@ -67,6 +73,7 @@ impl Record {
             ("crop", region(&self.region), region(&other.region)),
             ("light sampler", lights(self), lights(other)),
             ("layers", self.layers.join(","), other.layers.join(",")),
+            ("spectral film", self.bands.join(" "), other.bands.join(" ")),
             ("layers by path", self.path_layers.join(" "), other.path_layers.join(" ")),
         ];
         if let Some((name, here, there)) = pairs.iter().find(|(_, a, b)| a != b) {
@@ -100,6 +107,11 @@ impl Record {
             ("kaustika.seed", self.seed.to_string()),
             ("kaustika.filter", self.filter.clone()),
         ];
+        let spectral = [("spectralLayoutVersion", "1.0"), ("emissiveUnits", "W.m^-2.sr^-1")];
+        let in_bins = self.bands.iter().any(|name| name.starts_with("S0."));
+        for (key, value) in spectral.into_iter().filter(|_| in_bins) {
+            picture.set_meta(key, MetaValue::Text(value.into()));
+        }
         let paths = self.path_layers.iter().filter_map(|layer| layer.split_once('='));
         let paths = paths.map(|(name, text)| (format!("kaustika.layer.{name}"), text.to_owned()));
         for (key, value) in text.map(|(k, v)| (k.to_owned(), v)).into_iter().chain(paths) {

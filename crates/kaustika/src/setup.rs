@@ -3,12 +3,12 @@
 use crate::fingerprint;
 use crate::record::Record;
 use kaustika_film::FilterDesc;
-use kaustika_film::accumulate::{Feature, Layers};
+use kaustika_film::accumulate::{Bands, Feature, Layers};
 use kaustika_film::path_expression::{ExpressionError, PathClasses, PathLayer};
 use kaustika_math::Vec2;
 use kaustika_sampling::{SamplerConfig, SamplerKind};
 use kaustika_scene::description::{
-    FilterChoice, SceneDescription, SourceFormat, Span, nearest_name,
+    FilterChoice, GBufferSpace, SceneDescription, SourceFormat, Span, nearest_name,
 };
 use kaustika_scene::{BuildError, LightSelectionKind, Scene, SceneOptions};
 use kaustika_spectra::{ColorMode, ColorSpace, Sensor};
@@ -166,9 +166,20 @@ impl Setup {
         frame.keep_layers(&of_method);
 
         let mode = options.mode.unwrap_or(match description.format {
+            _ if camera.film.bands.is_some() => ColorMode::Spectral,
             SourceFormat::Pbrt => ColorMode::Spectral,
             _ => ColorMode::Rgb,
         });
+        if let Some(desc) = &camera.film.bands {
+            if name != "path" || mode == ColorMode::Rgb {
+                let message = "the scene's film keeps channels by wavelength, which needs the \
+                               method `path` and spectral mode: use them, or another film";
+                return Err(SetupError::Choice(message.into()));
+            }
+            let bands = Bands::new(desc);
+            frame.layers = frame.layers.with_bands(bands.names().len());
+            frame.bands = Some(bands);
+        }
         let scene_options = SceneOptions {
             mode,
             camera: camera_number,
@@ -193,6 +204,8 @@ impl Setup {
             filter: filter.to_string(),
             light_sampler: options.light_sampler.map(|l| format!("{l:?}").to_lowercase()),
             layers: frame.layers.features().iter().map(Feature::to_string).collect(),
+            bands: frame.bands.as_ref().map_or(Vec::new(), |b| b.names().to_vec()),
+            gbuffer: camera.film.gbuffer.map(|space| space == GBufferSpace::Camera),
             path_layers: frame
                 .paths
                 .iter()

@@ -149,8 +149,14 @@ fn scene(selection: LightSelectionKind) -> (Scene, Vec<TextureId>) {
     for lamp in 0..64 {
         let side = |k| 18.0 * number(3 * lamp + k) - 9.0;
         let place = Transform::translate(Vec3::new(side(0), side(1), 2.0 + number(3 * lamp + 2)));
-        let emission =
-            EmissionDesc { radiance, scale: 1.0, power: None, two_sided: false, span: None };
+        let emission = EmissionDesc {
+            radiance,
+            scale: 1.0,
+            power: None,
+            two_sided: false,
+            along_normal: false,
+            span: None,
+        };
         d.shapes.push(square(place * scaled(0.1), Some(emission)));
     }
     let options = SceneOptions {
@@ -188,6 +194,8 @@ fn camera() -> CameraDesc {
             white_balance: None,
             max_component: None,
             aovs: Vec::new(),
+            bands: None,
+            gbuffer: None,
         },
         sampler: None,
         spp: None,

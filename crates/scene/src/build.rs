@@ -10,7 +10,9 @@ use crate::description::{
 use crate::error::BuildError;
 use crate::geometry::{Geometry, Group, Instance};
 use crate::lanes::{Lamps, Plain};
-use crate::light::{AreaLight, AreaShape, Light, LightSelection, LightSelectionKind, mean_power};
+use crate::light::{
+    AreaLight, AreaShape, Light, LightSelection, LightSelectionKind, NormalArea, mean_power,
+};
 use crate::material::Materials;
 use crate::medium::Medium;
 use crate::moving::Placement;
@@ -167,7 +169,7 @@ impl Scene {
         };
         scene.normalise_powers(&gathered.emissions);
         for light in &description.lights {
-            let built = Light::build(light, options.mode);
+            let built = Light::build(light, &description.textures, options.mode);
             if matches!(built, Light::Environment(_)) {
                 scene.environments.push(LightId(scene.lights.len() as u32));
             }
@@ -383,7 +385,9 @@ fn boundary(format: SourceFormat, desc: &ShapeDesc) -> Option<[Option<MediumId>;
 }
 
 fn area_light(e: &EmissionDesc, shape: AreaShape) -> Light {
-    Light::Area(AreaLight { shape, radiance: e.radiance, scale: e.scale, two_sided: e.two_sided })
+    let two_sided = e.two_sided && !e.along_normal;
+    let area = AreaLight { shape, radiance: e.radiance, scale: e.scale, two_sided };
+    if e.along_normal { Light::NormalArea(NormalArea(area)) } else { Light::Area(area) }
 }
 
 /// Which meaning the colours of each texture have.
@@ -395,12 +399,19 @@ struct Roles {
 impl Roles {
     /// Textures used for emission or for indices of refraction, and their children.
     fn of(description: &SceneDescription) -> Roles {
-        use crate::description::{ConductorColor, FilterModel, HairAbsorption, HairDesc, IorDesc};
+        use crate::description::{
+            ConductorColor, FilterModel, HairAbsorption, HairDesc, IorDesc, LightKind,
+        };
         let mut roles = Roles { illuminants: HashSet::new(), unbounded: HashSet::new() };
         let shapes = description.shapes.iter();
         for shape in shapes.chain(description.groups.iter().flat_map(|g| &g.shapes)) {
             if let Some(e) = &shape.emission {
                 mark(description, e.radiance, &mut roles.illuminants);
+            }
+        }
+        for light in &description.lights {
+            if let LightKind::Projector { texture, .. } = light.kind {
+                mark(description, texture, &mut roles.illuminants);
             }
         }
         for material in &description.materials {

@@ -1,12 +1,12 @@
 //! What all methods share of one picture: which pixels, which samples, how light is measured.
 
-use kaustika_film::accumulate::Layers;
+use kaustika_film::accumulate::{Bands, Layers, PixelBand};
 use kaustika_film::path_expression::PathClasses;
 use kaustika_film::{FilterDesc, FilterSampler};
 use kaustika_math::Vec2;
 use kaustika_sampling::hash::combine;
 use kaustika_sampling::{SamplerConfig, SamplerPlan};
-use kaustika_spectra::Sensor;
+use kaustika_spectra::{Sensor, Spectrum, Wavelengths};
 
 /// The picture being rendered.
 #[derive(Debug)]
@@ -27,6 +27,8 @@ pub struct Frame {
     pub max_component: Option<f32>,
     /// Values kept for each pixel.
     pub layers: Layers,
+    /// What the layers' bands are, if there are any.
+    pub bands: Option<Bands>,
     /// Which paths the layers by path show, if there are such.
     pub paths: Option<PathClasses>,
 }
@@ -59,6 +61,7 @@ impl Frame {
             sensor: Sensor::default(),
             max_component: None,
             layers: Layers::default(),
+            bands: None,
             paths: None,
         }
     }
@@ -87,6 +90,23 @@ impl Frame {
         let s = self.filter.sample(u);
         let center = Vec2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5);
         FilmSample { film: center + s.offset, weight: s.weight }
+    }
+
+    /// Adds a path's radiance to the bands of the pixel at column `x` and row `y`, with the weight
+    /// `w` of the filter. Bad numbers count as black.
+    #[inline]
+    pub fn add_bands(
+        &self,
+        band: &mut PixelBand,
+        [x, y]: [u32; 2],
+        w: f32,
+        radiance: Spectrum,
+        lambda: &Wavelengths,
+    ) {
+        if let Some(bands) = &self.bands {
+            let radiance = if radiance.is_finite() { radiance } else { Spectrum::ZERO };
+            bands.add(radiance, lambda, w, band.bands(x, y));
+        }
     }
 
     /// Clamps what the file asks to clamp.

@@ -101,12 +101,13 @@ impl FromStr for Feature {
     }
 }
 
-/// The layout of a pixel: r, g, b, the filter weight, the features in order, then r, g, b of each
-/// layer by path.
+/// The layout of a pixel: r, g, b, the filter weight, the features in order, r, g, b of each layer
+/// by path, then two sums for each of the [`Bands`](super::Bands).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Layers {
     features: Vec<Feature>,
     paths: Vec<String>,
+    bands: usize,
 }
 
 impl Layers {
@@ -115,7 +116,17 @@ impl Layers {
         let mut features = features.to_vec();
         features.sort();
         features.dedup();
-        Layers { features, paths: Vec::new() }
+        Layers { features, paths: Vec::new(), bands: 0 }
+    }
+
+    /// With this number of bands.
+    pub fn with_bands(self, bands: usize) -> Layers {
+        Layers { bands, ..self }
+    }
+
+    /// Offset of the bands' first sum within a pixel.
+    pub fn offset_of_bands(&self) -> usize {
+        self.stride() - 2 * self.bands
     }
 
     /// And layers of some paths by name; see [`crate::path_expression`].
@@ -142,9 +153,9 @@ impl Layers {
         &self.features
     }
 
-    /// Numbers a pixel: colour, weight, features and layers by path.
+    /// Numbers a pixel: colour, weight, features, layers by path and bands.
     pub fn stride(&self) -> usize {
-        4 + self.feature_numbers() + 3 * self.paths.len()
+        4 + self.feature_numbers() + 3 * self.paths.len() + 2 * self.bands
     }
 
     /// Offset of a feature's first number within a pixel.

@@ -5,10 +5,12 @@
 //! whether they were computed in one run, in an interrupted and resumed one, or on several
 //! machines and merged.
 
+mod bands;
 mod layers;
 mod pass;
 mod tree;
 
+pub use bands::Bands;
 pub use layers::{Feature, Layers};
 pub use pass::{PassImage, PixelBand, PixelRecord};
 pub use tree::{MergeError, Node, PassTree, Total};

@@ -137,7 +137,7 @@ impl PixelBand<'_> {
             pixel[i] += r.weight * r.rgb[i];
         }
         pixel[3] += r.weight;
-        if self.stride > 4 {
+        if self.wants_features() {
             self.add_features(at, r);
         }
     }
@@ -150,6 +150,13 @@ impl PixelBand<'_> {
         for (p, v) in self.data[at..at + 12].iter_mut().zip(stokes.as_flattened()) {
             *p += weight * v;
         }
+    }
+
+    /// The two sums of each of the bands of the pixel at column `x` and row `y`; see
+    /// [`Bands::add`](super::Bands::add).
+    pub fn bands(&mut self, x: u32, y: u32) -> &mut [f32] {
+        let at = (y as usize * self.width as usize + x as usize) * self.stride;
+        &mut self.data[at + self.layers.offset_of_bands()..at + self.stride]
     }
 
     /// Adds what a camera path found to the layers by path, from number `first` on, of the pixel at

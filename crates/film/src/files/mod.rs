@@ -5,6 +5,7 @@
 //! file or the new one, never a part.
 
 mod atomic;
+mod bmp;
 mod decode;
 mod exr;
 mod exr_dwa;
@@ -64,6 +65,7 @@ enum Format {
     Png,
     Jpeg,
     Tga,
+    Bmp,
     Exr,
     Hdr,
     Pfm,
@@ -77,6 +79,7 @@ impl Format {
         match bytes {
             [0x89, b'P', b'N', b'G', ..] => Some(Format::Png),
             [0xff, 0xd8, 0xff, ..] => Some(Format::Jpeg),
+            [b'B', b'M', ..] => Some(Format::Bmp),
             [0x76, 0x2f, 0x31, 0x01, ..] => Some(Format::Exr),
             [b'#', b'?', ..] => Some(Format::Hdr),
             [b'P', b'F' | b'f', b, ..] if b.is_ascii_whitespace() => Some(Format::Pfm),
@@ -94,6 +97,7 @@ impl Format {
             "png" => Some(Format::Png),
             "jpg" | "jpeg" => Some(Format::Jpeg),
             "tga" => Some(Format::Tga),
+            "bmp" => Some(Format::Bmp),
             "exr" => Some(Format::Exr),
             "hdr" | "rgbe" | "pic" => Some(Format::Hdr),
             "pfm" => Some(Format::Pfm),
@@ -106,6 +110,7 @@ impl Format {
             Format::Png => "PNG",
             Format::Jpeg => "JPEG",
             Format::Tga => "TGA",
+            Format::Bmp => "BMP",
             Format::Exr => "EXR",
             Format::Hdr => "HDR",
             Format::Pfm => "PFM",
@@ -128,7 +133,7 @@ pub fn read_picture(path: impl AsRef<Path>) -> Result<Picture, ImageError> {
 
 /// Reads an image file as texels for textures and environment lights: 8-bit files stay 8-bit.
 ///
-/// PNG, JPEG and TGA are taken to be sRGB-encoded, EXR, HDR and PFM to be linear. Of an EXR
+/// PNG, JPEG, TGA and BMP are taken to be sRGB-encoded, EXR, HDR and PFM to be linear. Of an EXR
 /// file's channels the colour (as [`Picture::rgb`] finds it) and its alpha are taken.
 pub fn read_bitmap(path: impl AsRef<Path>) -> Result<Bitmap, ImageError> {
     let path = path.as_ref();
@@ -162,7 +167,7 @@ pub fn write_picture(
         Some(Format::Jpeg) => jpeg::write(path, picture, options),
         Some(Format::Hdr) => hdr::write(path, picture),
         Some(Format::Pfm) => pfm::write(path, picture),
-        Some(Format::Tga) | None => Err(ImageError::cannot_store(
+        Some(Format::Tga | Format::Bmp) | None => Err(ImageError::cannot_store(
             path,
             "cannot write this extension (exr, png, jpg, hdr and pfm can be written)",
         )),
@@ -182,6 +187,7 @@ fn decode_bitmap(path: &Path, format: Format, bytes: &[u8]) -> Result<Bitmap, Im
         Format::Png => png::read(path, bytes),
         Format::Jpeg => jpeg::read(path, bytes),
         Format::Tga => tga::read(path, bytes),
+        Format::Bmp => bmp::read(path, bytes),
         Format::Hdr => hdr::read(path, bytes),
         Format::Pfm => pfm::read(path, bytes),
         Format::Exr => exr::read_colour(path, bytes),

@@ -325,6 +325,27 @@ fn tga(width: u32, height: u32) -> Vec<u8> {
     out
 }
 
+fn bmp(width: u32, height: u32) -> Vec<u8> {
+    let texels: Vec<u8> = (0..width * height * 3).map(|i| (i * 7 % 251) as u8).collect();
+    let mut out = Vec::new();
+    let mut encoder = image::codecs::bmp::BmpEncoder::new(&mut out);
+    encoder.encode(&texels, width, height, image::ExtendedColorType::Rgb8).unwrap();
+    out
+}
+
+#[test]
+fn bmp_rows_run_down() {
+    let folder = Folder::new("bmp");
+    let b = read_bitmap(folder.with("a.bmp", &bmp(9, 4))).unwrap();
+    assert_eq!((b.width, b.height, b.channels, b.encoding), (9, 4, 3, Encoding::Srgb));
+    let texels = (0..9 * 4 * 3).map(|i| (i * 7 % 251) as u8).collect();
+    assert_eq!(b.texels, Texels::U8(texels));
+    assert_eq!(
+        message(&folder.with("short.bmp", b"BM")),
+        "short.bmp: the BMP data ends early (truncated file)"
+    );
+}
+
 #[test]
 fn tga_and_content_before_extension() {
     let folder = Folder::new("tga");
@@ -351,7 +372,7 @@ fn errors_name_the_file_and_the_cause() {
     assert_eq!(message(&folder.file("none.png")), "none.png: no such file");
     assert_eq!(
         message(&folder.with("a.txt", b"hello, world")),
-        "a.txt: not an image format known here (png, jpg, tga, exr, hdr, pfm)"
+        "a.txt: not an image format known here (png, jpg, tga, bmp, exr, hdr, pfm)"
     );
     assert_eq!(
         message(&folder.with("short.pfm", b"PF\n2 2\n-1.0\n1234")),
@@ -423,6 +444,7 @@ fn broken_files_never_panic() {
     let p = gradient(40, 30);
     let mut samples: Vec<(String, Vec<u8>)> = vec![
         ("a.tga".into(), tga(40, 30)),
+        ("a.bmp".into(), bmp(40, 30)),
         ("p.png".into(), {
             let palette: (&[u8; 4], &[u8]) = (b"PLTE", &[10, 20, 30, 40, 50, 60]);
             raw_png(png_header(8, 3), &[palette, (b"tRNS", &[0])], &[0, 0, 1, 0, 1, 0])

@@ -28,6 +28,8 @@ pub(super) fn film(aspect: f32) -> FilmDesc {
         white_balance: None,
         max_component: None,
         aovs: Vec::new(),
+        bands: None,
+        gbuffer: None,
     }
 }
 

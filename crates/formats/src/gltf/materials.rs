@@ -225,6 +225,7 @@ impl Maker<'_, '_, '_, '_> {
                 scale: 1.0,
                 power: None,
                 two_sided: true,
+                along_normal: false,
                 span,
             })
         } else {
@@ -287,7 +288,14 @@ impl Maker<'_, '_, '_, '_> {
         }
         let radiance = self.color(json, ("emissiveFactor", [0.0; 3]), "emissiveTexture")?;
         let span = self.reader.span(json);
-        Ok(Some(EmissionDesc { radiance, scale, power: None, two_sided, span }))
+        Ok(Some(EmissionDesc {
+            radiance,
+            scale,
+            power: None,
+            two_sided,
+            along_normal: false,
+            span,
+        }))
     }
 
     /// Coverage, `None` for a surface without holes.

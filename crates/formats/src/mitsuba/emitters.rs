@@ -1,9 +1,9 @@
 //! Lights that stand in the scene.
 
-use super::convert::{Converter, old};
+use super::convert::Converter;
 use super::document::{Kind, Object, ObjectId};
 use super::resources::{BitmapPlace, no_bitmap};
-use super::shapes::{along, at, mirror_x};
+use super::shapes::{along, at};
 use super::textures::Role;
 use kaustika_math::Transform;
 use kaustika_scene::description::{EnvironmentLayout, LightDesc, LightKind, MediumId, SpotFalloff};
@@ -53,9 +53,14 @@ impl<'a> Converter<'a> {
                 vec![(kind, Transform::IDENTITY)]
             }
             "envmap" => self.envmap(object).into_iter().collect(),
-            "projector" => self.projector(object).into_iter().collect(),
+            "projector" => vec![self.projector(object)],
             "sunsky" | "sun" | "sky" => self.daylight(object),
-            "timed_sunsky" | "collimated" => {
+            "collimated" => {
+                self.note_unconnected(object);
+                let (power, scale) = self.light_spectrum(object, "power", 1.0);
+                vec![(LightKind::Beam { power, scale }, self.transform(object, "to_world"))]
+            }
+            "timed_sunsky" => {
                 self.replaced(object, "left out");
                 Vec::new()
             }
@@ -74,6 +79,16 @@ impl<'a> Converter<'a> {
 
     pub(super) fn medium_around(&mut self, object: &'a Object) -> Option<MediumId> {
         self.child(object, Kind::Medium).map(|(_, id)| self.medium(id))
+    }
+
+    /// Says which methods find a light that no point can be joined to.
+    pub(super) fn note_unconnected(&mut self, object: &Object) {
+        let message =
+            format!("the light of `{}` can't be found from the camera's side", object.plugin);
+        self.out
+            .diagnostics
+            .note(object.type_span, message)
+            .hint("render with `-m light`, `bdpt`, `vcm` or `sppm`; `path` leaves it out");
     }
 
     /// Either of two ways to place a light.
@@ -154,39 +169,11 @@ impl<'a> Converter<'a> {
         Some((kind, transform))
     }
 
-    /// Mitsuba's projector holds its picture as a texture and gives the irradiance, over π, at
-    /// distance 1 on the plane z = 1.
-    fn projector(&mut self, object: &'a Object) -> Option<(LightKind, Transform)> {
+    fn projector(&mut self, object: &'a Object) -> (LightKind, Transform) {
         let scale = self.number(object, "scale", 1.0);
-        let fov = self.field_of_view(object);
-        let transform = self.transform(object, "to_world");
-        let picture = object.get("irradiance").and_then(|p| self.target(p));
-        let Some(id) = picture.filter(|id| self.object(*id).plugin == "bitmap") else {
-            let message = "a projector needs a `bitmap` as `irradiance`";
-            self.out.diagnostics.error(object.span, message);
-            return None;
-        };
-        let texture = self.object(id);
-        let raw = self.boolean(texture, "raw", false);
-        texture.ignore(&["filter_type", "wrap_mode", "format", "accel"]);
-        let (path, span) = self.file(texture, "filename")?;
-        self.finish(id);
-        let encoding = raw.then_some(kaustika_scene::description::Encoding::Linear);
-        self.pending.bitmap(path, span, BitmapPlace::Light(self.out.lights.len()), encoding);
-        self.out
-            .diagnostics
-            .warning(object.type_span, "the projector's falloff towards its corners differs");
-        if !matches!(fov, (_, kaustika_scene::description::FovAxis::X)) && !old(object) {
-            let message = "the field of view of a projector is read as horizontal";
-            self.out.diagnostics.warning(object.span, message);
-        }
-        let kind = LightKind::Projection {
-            bitmap: no_bitmap(),
-            space: ColorSpace::Srgb,
-            fov_x: fov.0,
-            scale: scale * std::f32::consts::PI,
-            power: None,
-        };
-        Some((kind, transform * mirror_x()))
+        let (fov, fov_axis) = self.field_of_view(object);
+        let texture = self.texture(object, "irradiance", 1.0, Role::Illuminant);
+        let kind = LightKind::Projector { texture, scale, fov, fov_axis };
+        (kind, self.transform(object, "to_world"))
     }
 }

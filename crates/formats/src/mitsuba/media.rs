@@ -3,19 +3,17 @@
 use super::convert::{Converter, old};
 use super::document::{Kind, Object, ObjectId, Value};
 use super::textures::Role;
-use super::values;
 use crate::presets::{preset, preset_names};
 use crate::vol;
 use kaustika_math::{Bounds3, Transform, Vec3};
 use kaustika_scene::description::{
-    CoefficientsDesc, FieldDesc, GridDesc, GridLayout, MediumDesc, MediumId, PhaseDesc,
+    CoefficientsDesc, FieldDesc, GridDesc, GridLayout, MediumDesc, MediumId, PhaseDesc, Span,
 };
 use kaustika_spectra::{ColorSpace, SpectrumDesc};
 use std::sync::Arc;
 
 const KNOWN: &[&str] = &["homogeneous", "heterogeneous"];
 const VOLUMES: &[&str] = &["constvolume", "gridvolume"];
-const PHASES: &[&str] = &["isotropic", "hg", "rayleigh", "blendphase", "tabphase", "sggx"];
 
 /// A volume and the unit cube it fills.
 struct Volume {
@@ -201,6 +199,18 @@ impl<'a> Converter<'a> {
     }
 
     fn grid_volume(&mut self, object: &'a Object) -> Option<Volume> {
+        let (grid, span) = self.grid(object)?;
+        if grid.channels == 6 {
+            let message = "samples of six channels are for the phase function `sggx`";
+            self.out.diagnostics.error(span, message);
+            return None;
+        }
+        let to_world = grid.to_world;
+        Some(Volume { desc: FieldDesc::Grid(grid), to_world })
+    }
+
+    /// The samples of a `gridvolume`, and where their file was named.
+    pub(super) fn grid(&mut self, object: &'a Object) -> Option<(Arc<GridDesc>, Span)> {
         object.ignore(&["raw", "accel", "max_value", "send_data"]);
         let filter =
             self.choice(object, "filter_type", &[("trilinear", true), ("nearest", false)], true);
@@ -242,93 +252,14 @@ impl<'a> Converter<'a> {
             false => to_world,
         };
         let layout = if old(object) { GridLayout::Corners } else { GridLayout::CellsClamped };
-        let desc = FieldDesc::Grid(Arc::new(GridDesc {
+        let grid = GridDesc {
             resolution: file.resolution,
             channels: file.channels,
             values: file.values,
             to_world,
             layout,
-        }));
-        Some(Volume { desc, to_world })
-    }
-
-    fn phase(&mut self, id: ObjectId) -> PhaseDesc {
-        self.guarded(id, |c| c.new_phase(id)).unwrap_or(PhaseDesc::Isotropic)
-    }
-
-    fn new_phase(&mut self, id: ObjectId) -> PhaseDesc {
-        let object = self.object(id);
-        let phase = match object.plugin.as_str() {
-            "isotropic" => PhaseDesc::Isotropic,
-            "hg" => {
-                let g = self.number(object, "g", 0.8);
-                if g.abs() >= 1.0 {
-                    let span = object.get("g").map(|p| p.value_span);
-                    let message = format!("`g` must lie between -1 and 1, found {g}");
-                    self.out.diagnostics.error(span, message);
-                }
-                PhaseDesc::HenyeyGreenstein { g }
-            }
-            "rayleigh" => PhaseDesc::Rayleigh,
-            "blendphase" => self.blend_phase(object),
-            "tabphase" => self.tabulated_phase(object),
-            "sggx" | "microflake" | "kkay" | "mixturephase" => {
-                self.replaced(object, "light scatters in all directions alike");
-                PhaseDesc::Isotropic
-            }
-            _ => {
-                self.unknown_plugin(object, PHASES);
-                self.replaced_silently(object);
-                PhaseDesc::Isotropic
-            }
         };
-        self.finish(id);
-        phase
-    }
-
-    fn blend_phase(&mut self, object: &'a Object) -> PhaseDesc {
-        let weight = match object.get("weight").map(|p| (&p.value, p)) {
-            Some((Value::Float(_) | Value::Integer(_), _)) => self.number(object, "weight", 0.5),
-            Some((_, p)) => {
-                let message = "the weight of a `blendphase` can't vary";
-                self.out.diagnostics.warning(p.span, message).label("0.5 is used");
-                0.5
-            }
-            None => 0.5,
-        };
-        let parts = self.children(object, Kind::Phase);
-        let [(_, a), (_, b)] = parts.as_slice() else {
-            let message =
-                format!("phase `blendphase` needs 2 phases inside, found {}", parts.len());
-            self.out.diagnostics.error(object.span, message);
-            return PhaseDesc::Isotropic;
-        };
-        let (a, b) = (Box::new(self.phase(*a)), Box::new(self.phase(*b)));
-        PhaseDesc::Blend { weight, a, b }
-    }
-
-    fn tabulated_phase(&mut self, object: &'a Object) -> PhaseDesc {
-        let Some((text, span)) = self.string(object, "values") else {
-            if !object.has("values") {
-                self.out.diagnostics.error(object.span, "phase `tabphase` needs `values`");
-            }
-            return PhaseDesc::Isotropic;
-        };
-        let words = text.split(|c: char| c.is_whitespace() || c == ',').filter(|w| !w.is_empty());
-        let values: Result<Vec<f32>, String> =
-            words.map(|w| values::number(w).map(|v| v as f32)).collect();
-        match values {
-            Err(message) => {
-                self.out.diagnostics.error(span, message);
-                PhaseDesc::Isotropic
-            }
-            Ok(v) if v.len() < 2 || v.iter().any(|v| *v < 0.0) || v.iter().all(|v| *v == 0.0) => {
-                let message = "a phase function needs two values or more, none negative, not all 0";
-                self.out.diagnostics.error(span, message);
-                PhaseDesc::Isotropic
-            }
-            Ok(values) => PhaseDesc::Tabulated { values },
-        }
+        Some((Arc::new(grid), span))
     }
 }
 

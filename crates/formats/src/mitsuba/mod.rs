@@ -34,6 +34,7 @@ mod media;
 mod meters;
 mod nested;
 mod parse;
+mod phases;
 mod polarizing;
 mod properties;
 mod resources;

@@ -118,7 +118,7 @@ fn put_bitmap(out: &mut SceneDescription, place: BitmapPlace, loaded: Arc<Bitmap
             }
         }
         BitmapPlace::Light(index) => {
-            if let Some(LightKind::Image { bitmap, .. } | LightKind::Projection { bitmap, .. }) =
+            if let Some(LightKind::Image { bitmap, .. }) =
                 out.lights.get_mut(index).map(|l| &mut l.kind)
             {
                 *bitmap = loaded;

@@ -1,10 +1,13 @@
 //! Cameras with film, filter and sampler.
 
 use super::convert::{Converter, old};
-use super::document::{Kind, Object, ObjectId};
+use super::document::{Kind, Object, ObjectId, Value};
 use super::shapes::mirror_x;
+use super::textures::Role;
 use kaustika_math::Transform;
-use kaustika_scene::description::{CameraDesc, CameraKind, FilmDesc, FilterChoice, FovAxis};
+use kaustika_scene::description::{
+    BandsDesc, CameraDesc, CameraKind, FilmDesc, FilterChoice, FovAxis,
+};
 
 /// Cameras and meters.
 const KNOWN: &[&str] = &[
@@ -219,6 +222,8 @@ impl<'a> Converter<'a> {
             white_balance: None,
             max_component: None,
             aovs: Vec::new(),
+            bands: None,
+            gbuffer: None,
         };
         let Some((_, id)) = self.child(sensor, Kind::Film) else { return film };
         let object = self.object(id);
@@ -234,12 +239,41 @@ impl<'a> Converter<'a> {
             film.filter = self.filter(filter);
         }
         film.filename = object.get("filename").and_then(|p| match &p.value {
-            super::document::Value::String(name) if old(object) => Some(name.clone()),
+            Value::String(name) if old(object) => Some(name.clone()),
             _ => None,
         });
+        if object.plugin == "specfilm" {
+            film.bands = self.responses(object);
+        }
         object.ignore(FILE_SETTINGS);
         self.finish(id);
         film
+    }
+
+    /// The responses of a `specfilm`, each under the name of its spectrum.
+    fn responses(&mut self, film: &'a Object) -> Option<BandsDesc> {
+        let mut list = Vec::new();
+        for p in &film.parameters {
+            let child = self.target(p).filter(|id| self.object(*id).kind == Kind::Texture);
+            let scaled = match child {
+                Some(id) => self.spectrum_object(id, Role::Unbounded),
+                None if FILE_SETTINGS.contains(&p.name.as_str()) => None,
+                None if !matches!(p.value, Value::Spectrum(_)) => None,
+                None => self.plain_value(film, p, Role::Unbounded),
+            };
+            if let Some((desc, _)) = scaled {
+                p.used.set(true);
+                list.push((p.written.clone(), desc));
+            } else if child.is_some() {
+                self.wrong_type(film, p, "a spectrum");
+            }
+        }
+        if list.is_empty() {
+            let message = "film `specfilm` needs a response: `<spectrum name=\"...\">` inside";
+            self.out.diagnostics.error(film.span, message);
+            return None;
+        }
+        Some(BandsDesc::Responses(list))
     }
 
     fn size(&mut self, object: &'a Object, name: &'static str, default: u32) -> u32 {

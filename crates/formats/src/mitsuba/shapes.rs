@@ -312,12 +312,7 @@ impl<'a> Converter<'a> {
         let emitter = self.object(id);
         match emitter.plugin.as_str() {
             "area" => {}
-            "directionalarea" => {
-                self.out
-                    .diagnostics
-                    .warning(emitter.type_span, "emitter `directionalarea` is not supported")
-                    .label("it shines in all directions");
-            }
+            "directionalarea" => self.note_unconnected(emitter),
             other => {
                 let message = format!("emitter `{other}` can't stand on a shape");
                 self.out.diagnostics.error(emitter.type_span, message);
@@ -332,8 +327,15 @@ impl<'a> Converter<'a> {
         };
         let radiance = self.texture(emitter, name, 1.0, Role::Illuminant);
         self.finish(id);
-        let span = Some(emitter.span);
-        Some(EmissionDesc { radiance, scale: 1.0, power: None, two_sided: false, span })
+        let (span, along_normal) = (Some(emitter.span), emitter.plugin == "directionalarea");
+        Some(EmissionDesc {
+            radiance,
+            scale: 1.0,
+            power: None,
+            two_sided: false,
+            along_normal,
+            span,
+        })
     }
 
     /// The media inside and outside.

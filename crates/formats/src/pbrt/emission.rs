@@ -72,7 +72,14 @@ impl Builder {
         let radiance = self.desc.add_texture(node, Some(e.params.place("L")));
         // Divided by the area and the sides once the meshes are there.
         let power = power.map(|p| if mean > 0.0 { p / mean } else { 0.0 });
-        Some(EmissionDesc { radiance, scale, power, two_sided, span: Some(e.span) })
+        Some(EmissionDesc {
+            radiance,
+            scale,
+            power,
+            two_sided,
+            along_normal: false,
+            span: Some(e.span),
+        })
     }
 
     /// Turns `power` into a factor of `scale`: radiance = power / (area π sides). pbrt's lights

@@ -20,6 +20,7 @@ mod entity;
 mod fibres;
 mod files;
 mod images;
+mod lens;
 mod lexer;
 mod lights;
 mod materials;

@@ -4,7 +4,9 @@
 use super::build::Builder;
 use super::entity::{CameraEntity, Entity, Place};
 use kaustika_math::Transform;
-use kaustika_scene::description::{CameraDesc, CameraKind, FilmDesc, FilterChoice, FovAxis, Span};
+use kaustika_scene::description::{
+    BandsDesc, CameraDesc, CameraKind, FilmDesc, FilterChoice, FovAxis, GBufferSpace, Span,
+};
 
 const SAMPLERS: [&str; 7] =
     ["halton", "independent", "paddedsobol", "pmj02bn", "sobol", "stratified", "zsobol"];
@@ -21,6 +23,8 @@ const INTEGRATORS: [&str; 11] = [
     "sppm",
     "volpath",
 ];
+/// Most buckets of a spectral film: two a nanometre.
+const MOST_BANDS: i32 = 940;
 /// Layers of pbrt's gbuffer film.
 const GBUFFER: [&str; 6] = ["albedo", "position", "normal", "sh_normal", "uv", "depth"];
 
@@ -36,8 +40,9 @@ impl Builder {
         });
         let CameraEntity { entity: mut e, place, medium } = camera;
         let shutter = self.shutter(&mut e);
+        let film_diagonal = 1e-3 * self.film_diagonal();
         let film = self.film(shutter[1] - shutter[0]);
-        let kind = self.camera_kind(&mut e, film.resolution);
+        let kind = self.camera_kind(&mut e, film_diagonal);
         let what = format!("camera `{}`", e.kind.text);
         e.params.report_unused(&mut self.desc.diagnostics, &what);
         let (sampler, spp, seed) = self.sampler();
@@ -71,7 +76,13 @@ impl Builder {
         [open, close]
     }
 
-    fn camera_kind(&mut self, e: &mut Entity, resolution: [u32; 2]) -> CameraKind {
+    /// In millimetres.
+    fn film_diagonal(&mut self) -> f32 {
+        let diag = &mut self.desc.diagnostics;
+        self.scene.film.as_mut().map_or(35.0, |f| f.params.float(diag, "diagonal", 35.0))
+    }
+
+    fn camera_kind(&mut self, e: &mut Entity, film_diagonal: f32) -> CameraKind {
         let diag = &mut self.desc.diagnostics;
         let p = &mut e.params;
         let screen_window = match p.floats(diag, "screenwindow") {
@@ -125,7 +136,9 @@ impl Builder {
                 match kind {
                     "perspective" => fov = p.float(diag, "fov", 90.0),
                     "realistic" => {
-                        fov = self.realistic(e, resolution);
+                        if let Some(lens) = self.lens(e, film_diagonal) {
+                            return CameraKind::Realistic(lens);
+                        }
                         e.params.ignore_rest();
                     }
                     _ => {
@@ -154,33 +167,21 @@ impl Builder {
         }
     }
 
-    /// A lens system is replaced by a pinhole of a 50 mm lens: the field of view along the
-    /// shorter side of a film with this diagonal.
-    fn realistic(&mut self, e: &Entity, resolution: [u32; 2]) -> f32 {
-        let message = "camera `realistic` is not supported, a pinhole of a 50 mm lens is used";
-        self.desc.diagnostics.warning(e.kind.span, message);
-        let [w, h] = resolution.map(|v| v as f32);
-        let short = 35.0 * w.min(h) / (w * w + h * h).sqrt();
-        2.0 * (0.5 * short / 50.0).atan().to_degrees()
-    }
-
     fn film(&mut self, exposure_time: f32) -> FilmDesc {
         let mut e = self.scene.film.take().unwrap_or_else(|| default("rgb"));
         let filter = self.filter();
         let diag = &mut self.desc.diagnostics;
         let p = &mut e.params;
-        let mut aovs = Vec::new();
+        let (mut aovs, mut bands, mut gbuffer) = (Vec::new(), None, None);
         match e.kind.text.as_str() {
             "rgb" => {}
             "gbuffer" => {
                 aovs = GBUFFER.map(String::from).to_vec();
                 let system = p.string(diag, "coordinatesystem");
+                gbuffer = Some(GBufferSpace::Camera);
                 match system.as_ref().map(|s| s.text.as_str()) {
-                    None | Some("camera") => {
-                        let message = "the gbuffer is written in world, not in camera space";
-                        diag.warning(p.place("coordinatesystem"), message);
-                    }
-                    Some("world") => {}
+                    None | Some("camera") => {}
+                    Some("world") => gbuffer = Some(GBufferSpace::World),
                     Some(other) => {
                         let span = system.as_ref().map_or(e.span, |s| s.span);
                         diag.error(span, format!("unknown coordinate system `{other}`"))
@@ -189,11 +190,18 @@ impl Builder {
                 }
             }
             "spectral" => {
-                let message = "film `spectral` is not supported, only the RGB image is made";
-                diag.warning(e.kind.span, message);
-                p.int(diag, "nbuckets", 16);
-                p.float(diag, "lambdamin", 360.0);
-                p.float(diag, "lambdamax", 830.0);
+                let count = p.int(diag, "nbuckets", 16);
+                let range = [("lambdamin", 360.0), ("lambdamax", 830.0)]
+                    .map(|(name, default)| p.float(diag, name, default));
+                if !(1..=MOST_BANDS).contains(&count) {
+                    let message = format!("`nbuckets` must lie between 1 and {MOST_BANDS}");
+                    diag.error(p.place("nbuckets"), message);
+                } else if !(range[0] >= 360.0 && range[0] < range[1] && range[1] <= 830.0) {
+                    let message = "wavelengths must rise, and lie between 360 and 830 nm";
+                    diag.error(p.place("lambdamax"), message);
+                } else {
+                    bands = Some(BandsDesc::Bins { count: count as u32, range });
+                }
             }
             kind => {
                 let known = ["rgb", "gbuffer", "spectral"];
@@ -237,6 +245,8 @@ impl Builder {
             white_balance: (white_balance > 0.0).then_some(white_balance),
             max_component,
             aovs,
+            bands,
+            gbuffer,
         }
     }
 

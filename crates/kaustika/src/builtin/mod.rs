@@ -80,6 +80,8 @@ fn camera() -> CameraDesc {
             white_balance: None,
             max_component: None,
             aovs: Vec::new(),
+            bands: None,
+            gbuffer: None,
         },
         sampler: None,
         spp: Some(SPP),

@@ -112,8 +112,14 @@ impl Lamp {
             .expect("the sides of lamps are not zero");
         let place = turn.then_after(&size);
         let shape = stage.shape(name, black, GeometryDesc::Rectangle, place);
-        shape.emission =
-            Some(EmissionDesc { radiance, scale: 1.0, power: None, two_sided: false, span: None });
+        shape.emission = Some(EmissionDesc {
+            radiance,
+            scale: 1.0,
+            power: None,
+            two_sided: false,
+            along_normal: false,
+            span: None,
+        });
     }
 }
 

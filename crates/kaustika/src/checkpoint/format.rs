@@ -90,6 +90,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Checkpoint, String> {
     let paths = header.record.path_layers.iter();
     let paths = paths.map(|l| l.split_once('=').map_or(l.as_str(), |(name, _)| name).to_owned());
     let layers = Layers::new(&layers?).with_paths(paths.collect());
+    let layers = layers.with_bands(header.record.bands.len());
     let pixels = width as usize * height as usize;
     let mut nodes = Vec::new();
     for (start, level) in header.nodes {

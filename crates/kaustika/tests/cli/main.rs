@@ -6,6 +6,7 @@ mod broken;
 mod commands;
 mod corpus;
 mod errors;
+mod films;
 mod kit;
 mod references;
 mod shares;

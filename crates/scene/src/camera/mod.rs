@@ -4,16 +4,20 @@
 //! cropping does not move them. A camera is the twin of a light: [`Camera::sample_we`] starts a
 //! path, [`Camera::sample_wi`] connects a point to the lens. Importance is normalised so that a
 //! pixel's value is the mean radiance over its area (and filter, and lens): the cos⁴ of a real
-//! film is left out, as in pbrt and Mitsuba.
+//! film is left out, as in pbrt and Mitsuba. Behind a lens of many surfaces ([`Realistic`]) it is the
+//! film's irradiance.
 
+mod aperture;
 mod meter;
 mod moving;
 mod projective;
+mod realistic;
 mod spherical;
 
 pub use meter::Meter;
 pub use moving::Moving;
 pub use projective::Projective;
+pub use realistic::Realistic;
 pub use spherical::Spherical;
 
 use crate::description::{CameraDesc, CameraKind, ShapeDesc};
@@ -35,7 +39,7 @@ pub struct CameraRay {
     pub spread: f32,
     /// Width of a pixel's footprint at the origin, world units.
     pub width: f32,
-    /// What the radiance found along it is multiplied by: 1 for a camera.
+    /// What the radiance found along it is multiplied by: 1 for a camera without a lens's surfaces.
     pub weight: f32,
     /// The point of a surface that receives it, if directions are drawn by the cosine there: lights
     /// may be sampled from it, as from a matte surface.
@@ -98,6 +102,8 @@ pub enum Camera {
     Projective(Projective),
     /// All directions.
     Spherical(Spherical),
+    /// A film behind a lens of many surfaces.
+    Realistic(Realistic),
     /// Not a camera: radiance, irradiance, flux.
     Meter(Meter),
     /// Several side by side, each with so many columns of the film.
@@ -143,6 +149,9 @@ impl Camera {
             CameraKind::Spherical { equal_area } => {
                 Camera::Spherical(Spherical::new(desc, *equal_area, resolution))
             }
+            CameraKind::Realistic(lens) => {
+                Camera::Realistic(Realistic::new(lens, desc.transform, resolution, desc.span)?)
+            }
             CameraKind::Radiance => Camera::Meter(Meter::radiance(&desc.transform, resolution)),
             CameraKind::Irradiance { shape, flux } => {
                 let at = shapes.get(*shape).map(|s| (*shape as u32, s));
@@ -172,6 +181,7 @@ impl Camera {
         match self {
             Camera::Projective(c) => c.sample_we(film, lens, time),
             Camera::Spherical(c) => c.sample_we(film, time),
+            Camera::Realistic(c) => c.sample_we(film, lens, time),
             Camera::Meter(c) => c.sample_we(film, lens, time),
             Camera::Batch(cameras, columns) => {
                 let i = ((film.x / columns).max(0.0) as usize).min(cameras.len() - 1);
@@ -193,23 +203,24 @@ impl Camera {
     }
 
     /// Connects the scene point `p` to the lens at a time; `None` if it is not in the picture,
-    /// and for meters and batches, which nothing is connected to.
+    /// and for real lenses, meters and batches, which nothing is connected to.
     pub fn sample_wi(&self, p: Vec3, lens: Vec2, time: f32) -> Option<CameraConnection> {
         match self {
             Camera::Projective(c) => c.sample_wi(p, lens),
             Camera::Spherical(c) => c.sample_wi(p),
-            Camera::Meter(_) | Camera::Batch(..) => None,
+            Camera::Realistic(_) | Camera::Meter(_) | Camera::Batch(..) => None,
             Camera::Moving(c) => c.sample_wi(p, lens, time),
         }
     }
 
     /// Densities of [`Camera::sample_we`] choosing the ray, over the whole film: (per area of
-    /// the lens, per solid angle); (0, 0) outside the picture, and of meters and batches.
+    /// the lens, per solid angle); (0, 0) outside the picture, and of real lenses, meters
+    /// and batches.
     pub fn pdf_we(&self, ray: &Ray) -> (f32, f32) {
         match self {
             Camera::Projective(c) => c.pdf_we(ray),
             Camera::Spherical(c) => c.pdf_we(ray),
-            Camera::Meter(_) | Camera::Batch(..) => (0.0, 0.0),
+            Camera::Realistic(_) | Camera::Meter(_) | Camera::Batch(..) => (0.0, 0.0),
             Camera::Moving(c) => c.pdf_we(ray),
         }
     }
@@ -249,9 +260,9 @@ impl Camera {
         }
     }
 
-    /// True if light paths can be connected to it: not to meters and batches.
+    /// True if light paths can be connected to it: not to real lenses, meters and batches.
     pub fn connects(&self) -> bool {
-        !matches!(self, Camera::Meter(_) | Camera::Batch(..))
+        !matches!(self, Camera::Realistic(_) | Camera::Meter(_) | Camera::Batch(..))
     }
 
     /// What is up in the picture at a film position and a time, in world space and not unit; zero
@@ -260,6 +271,7 @@ impl Camera {
         match self {
             Camera::Projective(c) => c.up(),
             Camera::Spherical(c) => c.up(),
+            Camera::Realistic(c) => c.up(),
             Camera::Meter(c) => c.up(),
             Camera::Batch(cameras, columns) => {
                 let i = ((film.x / columns).max(0.0) as usize).min(cameras.len() - 1);
@@ -274,6 +286,7 @@ impl Camera {
         match self {
             Camera::Projective(c) => c.position(),
             Camera::Spherical(c) => c.position(),
+            Camera::Realistic(c) => c.position(),
             Camera::Meter(c) => c.position(),
             Camera::Batch(cameras, _) => {
                 cameras.first().map_or(Vec3::ZERO, |camera| camera.position(time))

@@ -14,7 +14,7 @@
 mod lanes;
 
 use super::{CameraConnection, CameraRay, LensHit};
-use crate::description::{CameraDesc, CameraKind, FovAxis};
+use crate::description::{CameraDesc, CameraKind};
 use kaustika_math::{Ray, Transform, Vec2, Vec3, sqr, warp};
 use std::f32::consts::PI;
 
@@ -34,19 +34,6 @@ pub struct Projective {
     far: f32,
 }
 
-/// Half extents of the screen where `axis` spans [-1, 1].
-fn half_extents(axis: FovAxis, [w, h]: [u32; 2]) -> [f32; 2] {
-    let aspect = w as f32 / h as f32;
-    let unit = match axis {
-        FovAxis::X => 1.0,
-        FovAxis::Y => aspect,
-        FovAxis::Smaller => aspect.max(1.0),
-        FovAxis::Larger => aspect.min(1.0),
-        FovAxis::Diagonal => aspect / (1.0 + aspect * aspect).sqrt(),
-    };
-    [unit, unit / aspect]
-}
-
 impl Projective {
     /// From a description; `desc.kind` must not be spherical.
     pub fn new(desc: &CameraDesc, resolution: [u32; 2]) -> Projective {
@@ -63,7 +50,7 @@ impl Projective {
                     far_clip,
                 } => {
                     let k = (0.5 * fov.to_radians()).tan();
-                    let [x, y] = half_extents(*fov_axis, resolution);
+                    let [x, y] = fov_axis.half_extents(resolution);
                     let window = screen_window.unwrap_or([-x, x, -y, y]).map(|v| v * k);
                     let lens = (*lens_radius, *focus_distance);
                     (window, *principal_point, lens.0, lens.1, *near_clip, *far_clip, true)
@@ -76,7 +63,7 @@ impl Projective {
                     near_clip,
                     far_clip,
                 } => {
-                    let [x, y] = half_extents(*unit_axis, resolution);
+                    let [x, y] = unit_axis.half_extents(resolution);
                     let window = screen_window.unwrap_or([-x, x, -y, y]);
                     (window, [0.0; 2], *lens_radius, *focus_distance, *near_clip, *far_clip, false)
                 }
@@ -330,7 +317,7 @@ impl Projective {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::description::{FilmDesc, FilterChoice};
+    use crate::description::{FilmDesc, FilterChoice, FovAxis};
 
     fn desc(kind: CameraKind) -> CameraDesc {
         CameraDesc {
@@ -349,6 +336,8 @@ mod tests {
                 white_balance: None,
                 max_component: None,
                 aovs: Vec::new(),
+                bands: None,
+                gbuffer: None,
             },
             sampler: None,
             spp: None,

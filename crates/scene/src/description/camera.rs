@@ -1,7 +1,8 @@
 //! Cameras, film, sampler and method as files ask for them.
 
-use super::{MediumId, MotionKey, Span};
+use super::{LensDesc, MediumId, MotionKey, Span};
 use kaustika_math::{Transform, Vec3};
+use kaustika_spectra::SpectrumDesc;
 
 /// A camera and its film. Camera space: +x right in the picture, +y up, +z forward.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,6 +73,8 @@ pub enum CameraKind {
         /// True: equal-area octahedral; false: latitude-longitude.
         equal_area: bool,
     },
+    /// A film at the origin behind a lens of many surfaces, which ends along +z; units are metres.
+    Realistic(LensDesc),
     /// Radiance along +z.
     Radiance,
     /// Irradiance on the front of a shape, W/m².
@@ -119,6 +122,21 @@ pub enum FovAxis {
     Diagonal,
 }
 
+impl FovAxis {
+    /// Half extents of a picture of w x h pixels where the axis spans [-1, 1].
+    pub fn half_extents(self, [w, h]: [u32; 2]) -> [f32; 2] {
+        let aspect = w as f32 / h as f32;
+        let unit = match self {
+            FovAxis::X => 1.0,
+            FovAxis::Y => aspect,
+            FovAxis::Smaller => aspect.max(1.0),
+            FovAxis::Larger => aspect.min(1.0),
+            FovAxis::Diagonal => aspect / (1.0 + aspect * aspect).sqrt(),
+        };
+        [unit, unit / aspect]
+    }
+}
+
 /// The film of a camera.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilmDesc {
@@ -138,6 +156,34 @@ pub struct FilmDesc {
     pub max_component: Option<f32>,
     /// Feature layers asked for (pbrt's gbuffer, Mitsuba's aov): names as `--aov` takes them.
     pub aovs: Vec<String>,
+    /// Channels by wavelength to keep beside the colour.
+    pub bands: Option<BandsDesc>,
+    /// pbrt's gbuffer film, and the space of its positions and normals.
+    pub gbuffer: Option<GBufferSpace>,
+}
+
+/// The space in which positions and normals are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GBufferSpace {
+    /// The camera's: +x right, +y up, +z forward.
+    Camera,
+    /// The world's.
+    World,
+}
+
+/// Channels of a spectral film.
+#[derive(Clone, Debug, PartialEq)]
+pub enum BandsDesc {
+    /// Even parts of a range of wavelengths (pbrt's `spectral`): the mean radiance of each.
+    Bins {
+        /// At least 1.
+        count: u32,
+        /// From and to, nm, rising.
+        range: [f32; 2],
+    },
+    /// Named responses (Mitsuba 3's `specfilm`): the integral of radiance times response over
+    /// wavelengths in nm.
+    Responses(Vec<(String, SpectrumDesc)>),
 }
 
 /// A reconstruction filter and the radii the file gives.

@@ -1,6 +1,6 @@
 //! Lights that are not surfaces.
 
-use super::{Bitmap, MediumId, Span, TextureId};
+use super::{Bitmap, FovAxis, MediumId, Span, TextureId};
 use kaustika_math::{Transform, Vec3};
 use kaustika_spectra::{ColorSpace, SpectrumDesc};
 use std::sync::Arc;
@@ -58,6 +58,13 @@ pub enum LightKind {
         /// Illuminance of a facing surface instead of `scale` (pbrt's `illuminance`).
         illuminance: Option<f32>,
     },
+    /// All light on one ray, from the origin along +z (Mitsuba 0.6's `collimated`).
+    Beam {
+        /// Power, W.
+        power: SpectrumDesc,
+        /// Multiplies it.
+        scale: f32,
+    },
     /// The same radiance from everywhere.
     Constant {
         /// Radiance, W/(m² sr).
@@ -110,19 +117,30 @@ pub enum LightKind {
         /// Angular radius, degrees in (0, 180].
         radius: f32,
     },
-    /// An image projected from the origin along +z (pbrt's and Mitsuba's projector).
+    /// An image projected from the origin along +z (pbrt's `projection`).
     Projection {
         /// RGB intensity.
         bitmap: Arc<Bitmap>,
         /// Colour space.
         space: ColorSpace,
-        /// Field of view of the longer axis (pbrt: the shorter), degrees; the reader converts
-        /// to the horizontal one.
+        /// Horizontal field of view, degrees.
         fov_x: f32,
         /// Multiplies it.
         scale: f32,
         /// Total power instead of `scale`, W.
         power: Option<f32>,
+    },
+    /// A texture projected from the origin along +z, the reverse of a perspective camera: even
+    /// light on planes across (Mitsuba 3's `projector`).
+    Projector {
+        /// π⁻¹ times the irradiance of the plane z = 1; u runs along -x, v along -y.
+        texture: TextureId,
+        /// Multiplies it.
+        scale: f32,
+        /// Field of view, degrees.
+        fov: f32,
+        /// Which side of the bitmap it spans; other textures are square.
+        fov_axis: FovAxis,
     },
     /// A point light whose intensity is an image over directions, equal-area octahedral (pbrt).
     Goniometric {

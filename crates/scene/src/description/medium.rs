@@ -77,7 +77,7 @@ pub enum FieldDesc {
 pub struct GridDesc {
     /// Samples along x, y and z, each at least 1.
     pub resolution: [u32; 3],
-    /// 1 (a number) or 3 (linear sRGB).
+    /// 1 (a number), 3 (linear sRGB) or 6 (microflakes).
     pub channels: u32,
     /// x fastest, then y, then z; the channels of a sample side by side.
     pub values: Vec<f32>,
@@ -166,4 +166,17 @@ pub enum PhaseDesc {
         /// At least two, none negative, not all zero.
         values: Vec<f32>,
     },
+    /// Mirroring microflakes. As the phase function of a medium it multiplies the extinction by
+    /// the flakes' projected area; within a blend it does not (Mitsuba 3).
+    Sggx(SggxDesc),
+}
+
+/// S of microflakes (Heitz et al. 2015), symmetric and positive definite: xx, yy, zz, xy, xz, yz,
+/// in world space.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SggxDesc {
+    /// The same everywhere.
+    Constant([f32; 6]),
+    /// A grid of six channels.
+    Grid(Arc<GridDesc>),
 }

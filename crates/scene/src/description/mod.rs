@@ -9,6 +9,7 @@ mod curve;
 mod ellipsoid;
 mod grating;
 mod hair;
+mod lens;
 mod light;
 mod material;
 mod measured;
@@ -22,12 +23,14 @@ mod texture;
 
 pub use bitmap::{Bitmap, Encoding, Texels};
 pub use camera::{
-    CameraDesc, CameraKind, FilmDesc, FilterChoice, FovAxis, IntegratorDesc, MeterTarget,
+    BandsDesc, CameraDesc, CameraKind, FilmDesc, FilterChoice, FovAxis, GBufferSpace,
+    IntegratorDesc, MeterTarget,
 };
 pub use curve::{CurveProfile, CurveSegment, Curves};
 pub use ellipsoid::Ellipsoid;
 pub use grating::{GratingDesc, GratingProfileDesc};
 pub use hair::{FibreLayout, HairAbsorption, HairDesc};
+pub use lens::{ApertureShape, LensDesc, LensSurface};
 pub use light::{EnvironmentLayout, LightDesc, LightKind, SkyDesc, SpotFalloff};
 pub use material::{
     CoatDesc, ConductorColor, Distribution, FilterModel, IorDesc, MaterialDesc, MaterialId,
@@ -36,7 +39,7 @@ pub use material::{
 pub use measured::{MeasuredBrdf, MeasuredChannels, SquareTable};
 pub use medium::{
     CloudDesc, CoefficientsDesc, DensityDesc, FieldDesc, GlowDesc, GlowSource, GridDesc,
-    GridLayout, MediumDesc, MediumId, PhaseDesc,
+    GridLayout, MediumDesc, MediumId, PhaseDesc, SggxDesc,
 };
 pub use mesh::{MeshAttribute, TriMesh};
 pub use metallic_roughness::{

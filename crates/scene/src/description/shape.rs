@@ -101,6 +101,9 @@ pub struct EmissionDesc {
     pub power: Option<f32>,
     /// True: both sides emit.
     pub two_sided: bool,
+    /// True: the front shines along its normal alone, and `radiance` is its power per area, W/m²
+    /// (Mitsuba 3's `directionalarea`).
+    pub along_normal: bool,
     /// Where it was written.
     pub span: Option<Span>,
 }

@@ -83,12 +83,25 @@ impl AreaLight {
 
     /// A point of the surface and its density per area.
     #[inline]
-    fn sample_area(&self, scene: &Scene, u: Vec2) -> (ShapeSample, f32) {
+    pub(super) fn sample_area(&self, scene: &Scene, u: Vec2) -> (ShapeSample, f32) {
         let g = &scene.geometry;
         match self.shape {
             AreaShape::Triangle(i, area) => (g.triangles.sample(i, u), 1.0 / area),
             AreaShape::Quadric(i) | AreaShape::Sphere(i, ..) => g.quadrics[i as usize].sample(u),
         }
+    }
+
+    /// Radiance leaving along `w` the point `s` that [`AreaLight::sample_area`] gives for `u`.
+    #[inline]
+    pub(super) fn sampled_radiance(
+        &self,
+        scene: &Scene,
+        s: &ShapeSample,
+        w: Vec3,
+        u: Vec2,
+        lambda: &Wavelengths,
+    ) -> Spectrum {
+        self.emitted(scene, (s.p, s.n), w, lambda, || self.sampled_place(scene, u, s.p))
     }
 
     /// The place of what [`AreaLight::sample_area`] gives for `u`.
@@ -154,8 +167,7 @@ impl AreaLight {
         if pdf_w <= 0.0 {
             return None;
         }
-        let place = || self.sampled_place(scene, u, s.p);
-        let le = self.emitted(scene, (s.p, s.n), -wi, lambda, place);
+        let le = self.sampled_radiance(scene, &s, -wi, u, lambda);
         Some(LightSample { wi, p: s.p, p_error: s.p_error, n: s.n, pdf_w, le, delta: false })
     }
 
@@ -201,8 +213,7 @@ impl AreaLight {
         if pdf_w <= 0.0 {
             return None;
         }
-        let place = || self.sampled_place(scene, u, s.p);
-        let le = self.emitted(scene, (s.p, s.n), w, lambda, place);
+        let le = self.sampled_radiance(scene, &s, w, u, lambda);
         let ray = Ray::new(offset_origin(s.p, s.p_error, s.n, w), w);
         Some(EmittedRay { ray, le, n, pdf_a, pdf_w, cos: local.z })
     }
@@ -229,8 +240,7 @@ impl AreaLight {
         let sides = if self.two_sided { 2.0 } else { 1.0 };
         let radiance = |u: Vec2| {
             let (s, pdf_a) = self.sample_area(scene, u);
-            let place = || self.sampled_place(scene, u, s.p);
-            (self.emitted(scene, (s.p, s.n), s.n, lambda, place), pdf_a)
+            (self.sampled_radiance(scene, &s, s.n, u, lambda), pdf_a)
         };
         if scene.textures.constant(self.radiance).is_some() {
             return radiance(Vec2::splat(0.5)).0 * (sides * PI * self.area(scene));

@@ -5,7 +5,7 @@ use super::cone::Cone;
 use super::{AreaLight, AreaShape, Light, mean_power};
 use crate::Scene;
 use crate::shape::QuadricForm;
-use kaustika_math::{Bounds3, Vec2, Vec3};
+use kaustika_math::{Bounds3, Transform, Vec2, Vec3};
 use std::f32::consts::PI;
 
 impl Light {
@@ -14,8 +14,22 @@ impl Light {
     pub(super) fn bounds(&self, scene: &Scene) -> Option<LightBounds> {
         // (bounds, cone of normals, emission beyond it, ∫ intensity / peak dω, two-sided)
         let point = |p: Vec3| Bounds3::of_points([p]);
+        let pyramid = |to_world: &Transform, [tan_x, tan_y]: [f32; 2]| {
+            let axis = to_world.vector(Vec3::Z).normalize();
+            let corner = (1.0 + tan_x * tan_x + tan_y * tan_y).sqrt();
+            let cone = Cone { axis, cos: 1.0 / corner };
+            let (sx, sy) = (tan_x.atan().sin(), tan_y.atan().sin());
+            let solid_angle = 4.0 * (sx * sy).asin();
+            (point(to_world.point(Vec3::ZERO)), cone, 0.0, solid_angle, false)
+        };
         let (bounds, cone, emission, solid_angle, two_sided) = match self {
             Light::Environment(_) | Light::Directional(_) => return None,
+            // Chosen as little as can be: asking them brings nothing.
+            Light::Beam(l) => (point(l.p), Cone::around(l.direction), 0.0, f32::INFINITY, false),
+            Light::NormalArea(l) => {
+                let (bounds, cone, _) = l.0.extent(scene);
+                (bounds, cone, 0.0, f32::INFINITY, false)
+            }
             Light::Area(area) => {
                 let sides = if area.two_sided { 2.0 } else { 1.0 };
                 let (bounds, cone, solid_angle) = area.extent(scene);
@@ -34,15 +48,8 @@ impl Light {
                 let emission = (l.cutoff - beam).max(0.0);
                 (point(l.to_world.point(Vec3::ZERO)), cone, emission, l.solid_angle(), false)
             }
-            Light::Projection(l) => {
-                let axis = l.to_world.vector(Vec3::Z).normalize();
-                let corner = (1.0 + l.tan_x * l.tan_x + l.tan_y * l.tan_y).sqrt();
-                let cone = Cone { axis, cos: 1.0 / corner };
-                // The pyramid's solid angle.
-                let (sx, sy) = (l.tan_x.atan().sin(), l.tan_y.atan().sin());
-                let solid_angle = 4.0 * (sx * sy).asin();
-                (point(l.to_world.point(Vec3::ZERO)), cone, 0.0, solid_angle, false)
-            }
+            Light::Projection(l) => pyramid(&l.to_world, [l.tan_x, l.tan_y]),
+            Light::Projector(l) => pyramid(&l.to_world, l.tan),
         };
         Some(LightBounds {
             bounds,

@@ -1,7 +1,9 @@
 //! From described lights to ready ones.
 
-use super::{Directional, Environment, Goniometric, Light, Point, Projection, Spot};
-use crate::description::{LightDesc, LightKind};
+use super::{
+    Beam, Directional, Environment, Goniometric, Light, Point, Projection, Projector, Spot,
+};
+use crate::description::{LightDesc, LightKind, TextureDesc, TextureNode};
 use crate::texture::ImageMap;
 use kaustika_math::Vec3;
 use kaustika_spectra::{ColorMode, ColorSpace, CompiledSpectrum, SpectrumDesc, SpectrumRole};
@@ -14,7 +16,7 @@ fn illuminant(desc: &SpectrumDesc, mode: ColorMode) -> CompiledSpectrum {
 impl Light {
     /// Prepares a light without surface. Where a power or illuminance is given, the scale is
     /// set so that a light of unit luminance would have it (pbrt's convention).
-    pub fn build(desc: &LightDesc, mode: ColorMode) -> Light {
+    pub fn build(desc: &LightDesc, textures: &[TextureDesc], mode: ColorMode) -> Light {
         let to_world = desc.transform;
         match &desc.kind {
             LightKind::Point { intensity, scale, power } => Light::Point(Point {
@@ -42,6 +44,12 @@ impl Light {
                     scale: scale * illuminance.unwrap_or(1.0),
                 })
             }
+            LightKind::Beam { power, scale } => Light::Beam(Beam {
+                p: to_world.point(Vec3::ZERO),
+                direction: to_world.vector(Vec3::Z).normalize(),
+                power: illuminant(power, mode),
+                scale: *scale,
+            }),
             LightKind::Constant { radiance, scale, illuminance } => {
                 let scale = scale * illuminance.map_or(1.0, |e| e / PI);
                 Light::Environment(Environment::constant(illuminant(radiance, mode), scale))
@@ -84,6 +92,15 @@ impl Light {
                     }
                 }
                 Light::Projection(light)
+            }
+            LightKind::Projector { texture, scale, fov, fov_axis } => {
+                let size = match textures.get(texture.0 as usize).map(|t| &t.node) {
+                    Some(TextureNode::Bitmap(t)) => [t.bitmap.width, t.bitmap.height],
+                    _ => [1, 1],
+                };
+                let tan = (0.5 * fov.to_radians()).tan();
+                let tan = fov_axis.half_extents(size).map(|extent| tan * extent);
+                Light::Projector(Projector { to_world, texture: *texture, scale: *scale, tan })
             }
             LightKind::Goniometric { intensity, bitmap, scale, power } => {
                 let image = ImageMap::new(bitmap, ColorSpace::Srgb);

@@ -7,6 +7,7 @@
 //! Which light is the question of [`LightSelection`]; which of its points is the light's own.
 
 mod area;
+mod beam;
 mod bounds;
 mod build;
 mod bvh;
@@ -18,15 +19,18 @@ mod pack;
 mod pair;
 mod point;
 mod portal;
+mod projector;
 mod selection;
 mod sky;
 mod sun;
 mod texels;
 
 pub use area::{AreaLight, AreaShape};
+pub use beam::{Beam, NormalArea};
 pub use environment::Environment;
 pub use learned::{LearnedLights, ShadingPoint};
 pub use point::{Directional, Goniometric, Point, Projection, Spot};
+pub use projector::Projector;
 pub(crate) use selection::FEW_LIGHTS;
 pub use selection::{LightChoice, LightSelection, LightSelectionKind, mean_power};
 
@@ -101,6 +105,12 @@ pub enum Light {
     Projection(Projection),
     /// A point with a measured or painted distribution.
     Goniometric(Goniometric),
+    /// A projected texture.
+    Projector(Projector),
+    /// A ray.
+    Beam(Beam),
+    /// A surface that shines along its normals alone.
+    NormalArea(NormalArea),
 }
 
 macro_rules! each_light {
@@ -113,6 +123,9 @@ macro_rules! each_light {
             Light::Environment($l) => $e,
             Light::Projection($l) => $e,
             Light::Goniometric($l) => $e,
+            Light::Projector($l) => $e,
+            Light::Beam($l) => $e,
+            Light::NormalArea($l) => $e,
         }
     };
 }
@@ -149,6 +162,8 @@ impl Light {
             Light::Environment(l) => l.sample_li(scene, from, region, u, lambda),
             Light::Projection(l) => l.sample_li(scene, from, u, lambda),
             Light::Goniometric(l) => l.sample_li(scene, from, u, lambda),
+            Light::Projector(l) => l.sample_li(scene, from, u, lambda),
+            Light::Beam(_) | Light::NormalArea(_) => None,
         }
     }
 
@@ -175,9 +190,15 @@ impl Light {
         each_light!(self, l => l.power(scene, lambda))
     }
 
-    /// True if only light sampling can find it.
+    /// True if a path from the camera can't find it by itself.
     pub fn is_delta(&self) -> bool {
         !matches!(self, Light::Area(_) | Light::Environment(_))
+    }
+
+    /// True if a point of the scene can be joined to it: false where a point of the light shines
+    /// in one direction, which is the point's with probability 0.
+    pub fn connects(&self) -> bool {
+        !matches!(self, Light::Beam(_) | Light::NormalArea(_))
     }
 
     /// True if it is at infinity.

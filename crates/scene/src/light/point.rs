@@ -20,7 +20,11 @@ pub struct Point {
 }
 
 /// A connection to a position: intensity over distance squared.
-fn toward(p: Vec3, from: Vec3, intensity: impl FnOnce(Vec3) -> Spectrum) -> Option<LightSample> {
+pub(super) fn toward(
+    p: Vec3,
+    from: Vec3,
+    intensity: impl FnOnce(Vec3) -> Spectrum,
+) -> Option<LightSample> {
     let to_light = p - from;
     let d2 = to_light.length_squared();
     let wi = to_light.try_normalize()?;
@@ -35,7 +39,7 @@ fn toward(p: Vec3, from: Vec3, intensity: impl FnOnce(Vec3) -> Spectrum) -> Opti
     })
 }
 
-fn emitted(p: Vec3, w: Vec3, pdf_w: f32, le: Spectrum) -> EmittedRay {
+pub(super) fn emitted(p: Vec3, w: Vec3, pdf_w: f32, le: Spectrum) -> EmittedRay {
     EmittedRay { ray: Ray::new(p, w), le, n: w, pdf_a: 1.0, pdf_w, cos: 1.0 }
 }
 
@@ -197,7 +201,7 @@ impl Spot {
     }
 }
 
-fn slide_point(uv: Vec2) -> TexturePoint {
+pub(super) fn slide_point(uv: Vec2) -> TexturePoint {
     TexturePoint {
         p: Vec3::ZERO,
         n: Vec3::Z,

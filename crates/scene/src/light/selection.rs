@@ -99,16 +99,29 @@ impl LightSelection {
             return LightSelection(Selection::Dark);
         }
         let weights: Vec<f32> = match kind {
-            LightSelectionKind::Uniform => vec![1.0; count],
+            LightSelectionKind::Uniform => {
+                scene.lights.iter().map(|l| if l.connects() { 1.0 } else { 0.0 }).collect()
+            }
             LightSelectionKind::Power => {
-                scene.lights.iter().map(|l| mean_power(l, scene)).collect()
+                let weight = |l: &Light| if l.connects() { mean_power(l, scene) } else { 0.0 };
+                scene.lights.iter().map(weight).collect()
             }
             LightSelectionKind::Bvh | LightSelectionKind::Learned => {
                 return LightSelection(Selection::Hierarchy(Hierarchy::new(scene)));
             }
         };
-        // All dark or not to be summed: any of them may as well be asked.
-        let table = Discrete::new(&weights).or_else(|_| Discrete::new(&vec![1.0; count]));
+        LightSelection::table(&weights)
+    }
+
+    /// Builds the table by which lights are chosen to emit, by power.
+    pub fn for_emission(scene: &Scene) -> LightSelection {
+        let weights: Vec<f32> = scene.lights.iter().map(|l| mean_power(l, scene)).collect();
+        LightSelection::table(&weights)
+    }
+
+    /// All dark or not to be summed: any of them may as well be asked.
+    fn table(weights: &[f32]) -> LightSelection {
+        let table = Discrete::new(weights).or_else(|_| Discrete::new(&vec![1.0; weights.len()]));
         LightSelection(table.map_or(Selection::Dark, Selection::Table))
     }
 

@@ -4,11 +4,11 @@ use super::cloud::Cloud;
 use super::grid::Grid;
 use super::majorant::MajorantGrid;
 use super::matter::{Density, Field, Glow, KELVIN_STEP, KELVIN_STEPS, Matter, Source};
-use super::{Medium, Phase};
+use super::{Medium, Phase, Sggx};
 use crate::description::{
     CoefficientsDesc, DensityDesc, FieldDesc, GlowDesc, GlowSource, MediumDesc,
 };
-use kaustika_math::Transform;
+use kaustika_math::{Transform, Vec3};
 use kaustika_spectra::{ColorMode, CompiledSpectrum, SpectrumDesc, SpectrumRole, Wavelengths};
 
 /// Cells of the majorants along an axis at most.
@@ -37,12 +37,18 @@ impl Medium {
             Source::Radiance(Field::Constant(_)) => g.grid.is_some(),
             _ => true,
         });
-        let varies = !matter.is_uniform() || glow_varies;
+        let phase = Phase::new(&desc.phase);
+        let (flakes_vary, most_area) = match &phase {
+            Phase::Sggx(sggx) => (matches!(sggx, Sggx::Grid(_)), sggx.most_area()),
+            _ => (false, 1.0),
+        };
+        let varies = !matter.is_uniform() || glow_varies || flakes_vary;
+        let bound = |corners: &[Vec3; 8]| matter.majorant(corners, mode).map(|v| v * most_area);
         // What varies without a box is a medium whose grids repeat their border forever.
         let majorants = varies.then(|| {
             let whole = Transform::IDENTITY;
             let Some(extent) = &desc.extent else {
-                let everywhere = matter.majorant(&everywhere(&matter), mode);
+                let everywhere = bound(&everywhere(&matter));
                 return MajorantGrid::new(&whole, [1; 3], |_| everywhere);
             };
             let resolution = std::array::from_fn(|axis| {
@@ -52,7 +58,7 @@ impl Medium {
                     .unwrap_or(if matter.is_uniform() { 1 } else { MOST_CELLS })
                     .clamp(1, MOST_CELLS)
             });
-            MajorantGrid::new(extent, resolution, |corners| matter.majorant(corners, mode))
+            MajorantGrid::new(extent, resolution, bound)
         });
         let scatters = match &matter.second {
             Field::Constant(spectrum) => !spectrum.is_black(),
@@ -63,7 +69,7 @@ impl Medium {
             glow,
             majorants,
             extent: desc.extent.as_ref().map(Transform::inverse),
-            phase: Phase::new(&desc.phase),
+            phase,
             scatters,
         }
     }
@@ -77,11 +83,8 @@ fn is_fraction(desc: &FieldDesc) -> bool {
 }
 
 /// The corners of a box that holds every grid's cube.
-fn everywhere(matter: &Matter) -> [kaustika_math::Vec3; 8] {
-    let unit = kaustika_math::Bounds3 {
-        min: kaustika_math::Vec3::ZERO,
-        max: kaustika_math::Vec3::splat(1.0),
-    };
+fn everywhere(matter: &Matter) -> [Vec3; 8] {
+    let unit = kaustika_math::Bounds3 { min: Vec3::ZERO, max: Vec3::splat(1.0) };
     let all = matter.grids().fold(kaustika_math::Bounds3::EMPTY, |all, grid| {
         all.union(grid.desc().to_world.bounds(&unit))
     });

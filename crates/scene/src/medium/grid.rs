@@ -45,7 +45,8 @@ impl Grid {
         }
     }
 
-    fn channel(&self, p: Vec3, c: u32) -> f32 {
+    /// One channel's value at a point of the world.
+    pub(super) fn channel(&self, p: Vec3, c: u32) -> f32 {
         let unit = self.0.to_world.inverse().point(p);
         let at: [f32; 3] = std::array::from_fn(|axis| self.coordinate(axis, unit[axis]));
         let low = at.map(f32::floor);

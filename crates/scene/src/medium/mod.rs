@@ -15,9 +15,11 @@ mod grid;
 mod majorant;
 mod matter;
 mod phase;
+mod sggx;
 
 pub use matter::Coefficients;
 pub use phase::Phase;
+pub use sggx::{Flakes, Sggx};
 
 use kaustika_math::{Ray, Transform, Vec3};
 use kaustika_spectra::{Spectrum, Wavelengths};
@@ -61,18 +63,22 @@ impl Medium {
         unit.intersect(local.o, local.d, t_max)
     }
 
-    /// The coefficients, if they are the same everywhere.
+    /// The coefficients for light along `w`, if they are the same everywhere.
     #[inline]
-    pub fn uniform(&self, lambda: &Wavelengths) -> Option<Coefficients> {
+    pub fn uniform(&self, w: Vec3, lambda: &Wavelengths) -> Option<Coefficients> {
         if self.majorants.is_some() {
             return None;
         }
-        Some(self.at(Vec3::ZERO, lambda))
+        Some(self.at(Vec3::ZERO, w, lambda))
     }
 
-    /// The coefficients at a point of the world.
-    pub fn at(&self, p: Vec3, lambda: &Wavelengths) -> Coefficients {
-        let (sigma_t, sigma_s) = self.matter.at(p, lambda);
+    /// The coefficients at a point of the world for light along `w`, either way.
+    pub fn at(&self, p: Vec3, w: Vec3, lambda: &Wavelengths) -> Coefficients {
+        let (mut sigma_t, mut sigma_s) = self.matter.at(p, lambda);
+        if let Phase::Sggx(sggx) = &self.phase {
+            let area = sggx.at(p).area(w);
+            (sigma_t, sigma_s) = (sigma_t * area, sigma_s * area);
+        }
         let glow = match &self.glow {
             Some(glow) => (sigma_t - sigma_s).clamp_zero() * glow.radiance(p, lambda),
             None => Spectrum::ZERO,

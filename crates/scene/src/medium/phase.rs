@@ -1,7 +1,7 @@
 //! Phase functions: into which directions a medium scatters.
 //!
 //! ```text
-//! ∫ p(ωₒ, ωᵢ) dωᵢ = 1,   p depends on cos θ = -ωₒ·ωᵢ alone                          (1)
+//! ∫ p(ωₒ, ωᵢ) dωᵢ = 1,   p depends on cos θ = -ωₒ·ωᵢ alone, but for microflakes        (1)
 //! isotropic  1/4π
 //! HG         (1 - g²) / (4π (1 + g² - 2g cos θ)^(3/2))                               (2)
 //! Rayleigh   3 (1 + cos²θ) / 16π                                                     (3)
@@ -11,6 +11,7 @@
 //! inversion, (3) after Frisvad 2011, "Importance sampling the Rayleigh phase function". ωₒ and ωᵢ
 //! point away from the point of scattering; θ is the angle between the directions of flight.
 
+use super::Sggx;
 use crate::description::PhaseDesc;
 use kaustika_math::{Frame, ONE_MINUS_EPSILON, Vec2, Vec3, safe_sqrt};
 use kaustika_sampling::distribution::PiecewiseLinear1D;
@@ -29,6 +30,8 @@ pub enum Phase {
     Blend(f32, Box<Phase>, Box<Phase>),
     /// Linear between values at even steps of cos θ.
     Tabulated(PiecewiseLinear1D),
+    /// Of microflakes, which also scale the extinction.
+    Sggx(Sggx),
 }
 
 impl Phase {
@@ -46,17 +49,18 @@ impl Phase {
             PhaseDesc::Tabulated { values } => {
                 PiecewiseLinear1D::new(values).map_or(Phase::Isotropic, Phase::Tabulated)
             }
+            PhaseDesc::Sggx(desc) => Phase::Sggx(Sggx::new(desc)),
         }
     }
 
-    /// p(wo, wi), 1/sr.
+    /// p(wo, wi) at the point `p` of the world, 1/sr.
     #[inline]
-    pub fn eval(&self, wo: Vec3, wi: Vec3) -> f32 {
-        self.of_cosine((-wo.dot(wi)).clamp(-1.0, 1.0))
+    pub fn eval(&self, p: Vec3, wo: Vec3, wi: Vec3) -> f32 {
+        self.value((p, wo, wi), (-wo.dot(wi)).clamp(-1.0, 1.0))
     }
 
-    /// Its value where the direction of flight turns by this cosine.
-    fn of_cosine(&self, cos: f32) -> f32 {
+    /// Its value, the direction of flight turning by the angle of this cosine.
+    fn value(&self, at: (Vec3, Vec3, Vec3), cos: f32) -> f32 {
         match self {
             Phase::Isotropic => 0.25 / PI,
             Phase::HenyeyGreenstein(g) => {
@@ -66,25 +70,48 @@ impl Phase {
             }
             Phase::Rayleigh => 3.0 / (16.0 * PI) * (1.0 + cos * cos), // (3)
             Phase::Blend(weight, a, b) => {
-                (1.0 - weight) * a.of_cosine(cos) + weight * b.of_cosine(cos)
+                (1.0 - weight) * a.value(at, cos) + weight * b.value(at, cos)
             }
             // A density over (cos θ + 1)/2 and the azimuth.
             Phase::Tabulated(table) => table.pdf(0.5 * (cos + 1.0)) / (4.0 * PI),
+            Phase::Sggx(sggx) => {
+                let (p, wo, wi) = at;
+                sggx.at(p).eval(wo, wi)
+            }
         }
     }
 
-    /// A direction with density p, and that density.
-    pub fn sample(&self, wo: Vec3, u: Vec2) -> (Vec3, f32) {
-        let cos = self.sample_cosine(u.x).clamp(-1.0, 1.0);
+    /// At the point `p` of the world, a direction with density p(wo, ·), and that density.
+    pub fn sample(&self, p: Vec3, wo: Vec3, u: Vec2) -> (Vec3, f32) {
+        let (part, ux) = self.part(u.x);
+        if let Phase::Sggx(sggx) = part {
+            let wi = sggx.at(p).sample(wo, Vec2::new(ux, u.y));
+            return (wi, self.eval(p, wo, wi));
+        }
+        let cos = part.sample_cosine(ux).clamp(-1.0, 1.0);
         let sin = safe_sqrt(1.0 - cos * cos);
         let (s, c) = (2.0 * PI * u.y).sin_cos();
         let wi = Frame::from_normal(-wo).to_world(Vec3::new(sin * c, sin * s, cos));
-        (wi, self.of_cosine(cos))
+        (wi, self.value((p, wo, wi), cos))
+    }
+
+    /// The part of a sum that `u` chooses, and what is left of `u`.
+    fn part(&self, u: f32) -> (&Phase, f32) {
+        match self {
+            Phase::Blend(weight, _, b) if u < *weight => {
+                b.part((u / weight).min(ONE_MINUS_EPSILON))
+            }
+            Phase::Blend(weight, a, _) => {
+                a.part(((u - weight) / (1.0 - weight)).min(ONE_MINUS_EPSILON))
+            }
+            _ => (self, u),
+        }
     }
 
     fn sample_cosine(&self, u: f32) -> f32 {
         match self {
-            Phase::Isotropic => 2.0 * u - 1.0,
+            // What has parts or no cosine is drawn in `sample`.
+            Phase::Isotropic | Phase::Blend(..) | Phase::Sggx(_) => 2.0 * u - 1.0,
             Phase::HenyeyGreenstein(g) => {
                 // ((1 + g²) - ((1 - g²)/(1 + gc))²)/2g, multiplied out: exact about g = 0 too.
                 let (g, c) = (*g, 2.0 * u - 1.0);
@@ -96,13 +123,6 @@ impl Phase {
                 let q = 4.0 * u - 2.0;
                 let a = (q + (1.0 + q * q).sqrt()).cbrt();
                 a - 1.0 / a
-            }
-            Phase::Blend(weight, a, b) => {
-                if u < *weight {
-                    b.sample_cosine((u / weight).min(ONE_MINUS_EPSILON))
-                } else {
-                    a.sample_cosine(((u - weight) / (1.0 - weight)).min(ONE_MINUS_EPSILON))
-                }
             }
             Phase::Tabulated(table) => 2.0 * table.sample(u).0 - 1.0,
         }
@@ -149,7 +169,7 @@ mod tests {
             for node in [0.211_324_865_405_187_1, 0.788_675_134_594_812_9] {
                 let at = std::f64::consts::PI * (a + (b - a) * (i as f64 + node) / N as f64);
                 let cos = -at.cos();
-                let p = phase.of_cosine(cos as f32) as f64;
+                let p = phase.value((Vec3::ZERO, Vec3::Z, Vec3::Z), cos as f32) as f64;
                 sum += f(cos) * p * at.sin() * 0.5 * (b - a) / N as f64;
             }
         }
@@ -181,11 +201,11 @@ mod tests {
             for i in 0..N {
                 let h = kaustika_math::mix_bits((k * N + i) as u64 + 1);
                 let unit = |bits: u64| (bits & 0xff_ffff) as f32 / (1 << 24) as f32;
-                let (wi, pdf) = phase.sample(wo, Vec2::new(unit(h), unit(h >> 32)));
+                let (wi, pdf) = phase.sample(Vec3::ZERO, wo, Vec2::new(unit(h), unit(h >> 32)));
                 assert!((wi.length() - 1.0).abs() < 1e-5, "{name}");
-                let value = phase.eval(wo, wi);
+                let value = phase.eval(Vec3::ZERO, wo, wi);
                 assert!((value - pdf).abs() <= 2e-3 * pdf, "{name}: {value} {pdf}");
-                assert_eq!(value, phase.eval(wi, wo), "{name}: not reciprocal");
+                assert_eq!(value, phase.eval(Vec3::ZERO, wi, wo), "{name}: not reciprocal");
                 let w = frame.to_local(wi);
                 // Cells of equal angle.
                 let angle = (-w.z).clamp(-1.0, 1.0).acos() / PI;
@@ -225,9 +245,9 @@ mod tests {
     fn values_of_the_books() {
         // Forward and backward by (2): (1 + g)/(4π (1 - g)²), (1 - g)/(4π (1 + g)²).
         let phase = Phase::new(&hg(0.5));
-        assert!((phase.eval(-Vec3::Z, Vec3::Z) - 6.0 / (4.0 * PI)).abs() < 1e-5);
-        assert!((phase.eval(Vec3::Z, Vec3::Z) - 0.5 / 2.25 / (4.0 * PI)).abs() < 1e-6);
+        assert!((phase.eval(Vec3::ZERO, -Vec3::Z, Vec3::Z) - 6.0 / (4.0 * PI)).abs() < 1e-5);
+        assert!((phase.eval(Vec3::ZERO, Vec3::Z, Vec3::Z) - 0.5 / 2.25 / (4.0 * PI)).abs() < 1e-6);
         let rayleigh = Phase::new(&PhaseDesc::Rayleigh);
-        assert!((rayleigh.eval(Vec3::Z, Vec3::X) - 3.0 / (16.0 * PI)).abs() < 1e-7);
+        assert!((rayleigh.eval(Vec3::ZERO, Vec3::Z, Vec3::X) - 3.0 / (16.0 * PI)).abs() < 1e-7);
     }
 }

@@ -108,7 +108,7 @@ impl Beam {
         stream: &mut Stream,
     ) {
         let Some((t0, t1)) = medium.interval(ray, end) else { return };
-        if let Some(c) = medium.uniform(lambda) {
+        if let Some(c) = medium.uniform(ray.d, lambda) {
             let t = transmittance(c.sigma_t, t1 - t0);
             let p = if medium.scatters { t } else { Spectrum::ONE };
             self.passing *= lane_mean(p, lambda.mode);
@@ -124,7 +124,7 @@ impl Beam {
                 let step = rest / bar[hero];
                 t += step;
                 t_bar *= transmittance(bar, step);
-                let c = medium.at(ray.at(t), lambda);
+                let c = medium.at(ray.at(t), ray.d, lambda);
                 let null = (bar - c.sigma_t).clamp_zero() * t_bar;
                 let q = t_bar * bar;
                 self.event(null, q, if medium.scatters { null } else { q });

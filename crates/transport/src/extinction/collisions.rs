@@ -41,7 +41,7 @@ pub fn collide(
             let step = rest / bar[hero];
             t += step;
             t_bar *= transmittance(bar, step);
-            let c = medium.at(ray.at(t), lambda);
+            let c = medium.at(ray.at(t), ray.d, lambda);
             let p = t_bar * bar;
             if !c.glow.is_black() {
                 let mean = shares.mean(shares.path * p);

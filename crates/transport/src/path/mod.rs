@@ -88,7 +88,10 @@ impl Method for PathTracer {
         frame: &Frame,
         workers: &Workers,
     ) -> Result<(), RenderError> {
-        // What is learned of surfaces says nothing of points in media.
+        if self.params.polarized && frame.bands.is_some() {
+            let message = "a spectral film keeps no polarization: leave out `-p polarized=true`";
+            return Err(RenderError::Failed(message.into()));
+        }
         if self.params.polarized && scene.has_media() {
             let message = "polarized light is not followed through participating media: leave \
                            out `-p polarized=true`";
@@ -101,6 +104,7 @@ impl Method for PathTracer {
             }
             needs_lens(scene)?;
         }
+        // What is learned of surfaces says nothing of points in media.
         if self.params.mis.samples_lights() && !scene.has_media() {
             self.lights = lights::learn(scene, frame, self.params.max_bounces(), workers);
         }

@@ -298,7 +298,9 @@ impl<'a> Wave<'a> {
             }
             let rgb = integrator.rgb(radiance, &lambda, stats);
             let record = PixelRecord { rgb, weight: place.film_weight, ..features };
-            band.add(place.pixel % band.width(), place.pixel / band.width(), &record);
+            let (x, y) = (place.pixel % band.width(), place.pixel / band.width());
+            band.add(x, y, &record);
+            integrator.frame().add_bands(band, [x, y], place.film_weight, radiance, &lambda);
         }
     }
 }
@@ -317,6 +319,8 @@ pub(super) fn trace_alone(integrator: &Integrator, index: u64, band: &mut PixelB
         integrator.finish(&mut walk, &mut sampler, &mut bsdf, features, &mut stats);
         let rgb = integrator.rgb(walk.radiance, &walk.lambda, &mut stats);
         band.add(x, y, &PixelRecord { rgb, weight: walk.film_weight, ..record });
+        let frame = integrator.frame();
+        frame.add_bands(band, [x, y], walk.film_weight, walk.radiance, &walk.lambda);
     }
     stats
 }

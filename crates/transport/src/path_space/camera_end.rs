@@ -61,8 +61,8 @@ pub fn needs_lens(scene: &Scene) -> Result<(), RenderError> {
     match scene.camera.connects() {
         true => Ok(()),
         false => {
-            let message = "paths cannot be connected to a meter or a batch of sensors: use the \
-                           method `path`, without layers by path";
+            let message = "paths cannot be connected to a lens of many surfaces, a meter or a batch \
+                           of sensors: use the method `path`, without layers by path";
             Err(RenderError::Failed(message.into()))
         }
     }

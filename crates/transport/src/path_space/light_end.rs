@@ -3,12 +3,12 @@
 use super::{Departure, Start, Vertex, solid_angle_to_area};
 use kaustika_math::{Vec2, Vec3};
 use kaustika_sampling::Sampler;
-use kaustika_scene::{Light, LightId, LightSelection, LightSelectionKind, Scene};
+use kaustika_scene::{Light, LightId, LightSelection, Scene};
 use kaustika_spectra::Wavelengths;
 
 /// How lights are chosen to emit: by power.
 pub fn emission_table(scene: &Scene) -> LightSelection {
-    LightSelection::new(LightSelectionKind::Power, scene)
+    LightSelection::for_emission(scene)
 }
 
 /// The light's end of a path.
@@ -50,6 +50,8 @@ impl LightEnd {
         // Dirac densities are 0 there.
         let dirac = |fixed: bool, pdf: f32| if fixed { 1.0 } else { f64::from(pdf) };
         let (emission, departure) = match infinite {
+            // Whatever makes the path has the same density of x₀ and x₁ as any other way.
+            _ if !light.connects() => (1.0, Departure::Fixed),
             true => {
                 let pdf_a = f64::from(pdf_a);
                 (dirac(light.is_delta(), pdf_w), Departure::Parallel { d: w, pdf_a })
@@ -101,6 +103,9 @@ impl LightEnd {
             return f64::from(pmf) * f64::from(e.pdf_li);
         }
         let pmf = f64::from(lights.pmf(p, n, self.light));
+        if !light.connects() {
+            return 0.0;
+        }
         if light.is_delta() {
             return pmf;
         }

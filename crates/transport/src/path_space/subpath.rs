@@ -30,6 +30,8 @@ pub enum Departure {
         /// Per area of a plane across the rays.
         pdf_a: f64,
     },
+    /// Along one ray: x₁ is a Dirac's, here of density 1.
+    Fixed,
 }
 
 impl Departure {
@@ -39,6 +41,7 @@ impl Departure {
         match *self {
             Departure::Point { p, pdf_w } => pdf_w * v.arriving_from(p),
             Departure::Parallel { d, pdf_a } => pdf_a * v.arriving_along(d),
+            Departure::Fixed => 1.0,
         }
     }
 }

@@ -56,7 +56,7 @@ impl<'a> Walker<'a> {
             let end = hit.as_ref().map_or(f32::INFINITY, |h| h.t);
             if let Some(vertex) = self.travel(&mut trail, &mut flight, end, path, sampler) {
                 let (v, phase, u) = vertex;
-                let (wi, pdf) = phase.sample(v.wo, Vec2::new(u[2], u[3]));
+                let (wi, pdf) = phase.sample(v.surface.p, v.wo, Vec2::new(u[2], u[3]));
                 let (f, (_, back)) = v.eval_pdf(wi, self.mode);
                 let weight = f / pdf;
                 let (pdf_rev, eta, lobe) = (back as f32, 1.0, Lobes::DIFFUSE_REFLECTION);
@@ -140,7 +140,7 @@ impl<'a> Walker<'a> {
                 glows.push(Glow { depth, value, lambda });
             }
         };
-        let found = match medium.uniform(&lambda) {
+        let found = match medium.uniform(trail.ray.d, &lambda) {
             Some(c) => travel_evenly(medium, &c, trail, flight, range, glow),
             None => {
                 let Flight { u_distance, stream, shares, .. } = flight;

@@ -53,8 +53,21 @@ pub struct Vertex<'a> {
 pub struct Inside<'a> {
     /// Into which directions it scatters.
     pub phase: &'a Phase,
-    /// Extinction there, the lanes' mean: collisions per unit of length.
+    /// Extinction there for the light that came, the lanes' mean: collisions per unit of length.
     pub sigma_t: f64,
+}
+
+impl Inside<'_> {
+    /// Extinction at `p` for light along `d`, of any length, where `wo` is the way it came.
+    #[inline]
+    fn sigma_t_along(&self, p: Vec3, wo: Vec3, d: Vec3) -> f64 {
+        let Phase::Sggx(sggx) = self.phase else { return self.sigma_t };
+        let flakes = sggx.at(p);
+        match (flakes.area(wo), d.try_normalize()) {
+            (area, Some(d)) if area > 0.0 => self.sigma_t * f64::from(flakes.area(d) / area),
+            _ => self.sigma_t,
+        }
+    }
 }
 
 impl<'a> Vertex<'a> {
@@ -81,11 +94,11 @@ impl<'a> Vertex<'a> {
         let (f, (pdf, pdf_rev)) = match &self.inside {
             None => self.bsdf.eval_pdf(self.wo, wi, mode, Lobes::ALL),
             Some(inside) => {
-                let there = inside.phase.eval(self.wo, wi);
-                let back = inside.phase.eval(wi, self.wo);
-                // The phase function is the camera's way to choose; light is turned as it says.
-                let f = if mode == Mode::Radiance { there } else { back };
-                (Spectrum::splat(f), (there, back))
+                let p = self.surface.p;
+                let there = inside.phase.eval(p, self.wo, wi);
+                let back = inside.phase.eval(p, wi, self.wo);
+                // σₛ(ωₒ) p(ωₒ, ωᵢ) is the same from both sides, and σₛ(ωₒ) is part of β.
+                (Spectrum::splat(there), (there, back))
             }
         };
         (f, (f64::from(pdf) / self.share, f64::from(pdf_rev) / self.share))
@@ -98,7 +111,10 @@ impl<'a> Vertex<'a> {
         let p = self.surface.p;
         match &self.inside {
             None => solid_angle_to_area(from, p, self.surface.ng) * self.share,
-            Some(inside) => inside.sigma_t / f64::from((p - from).length_squared()).max(1e-30),
+            Some(inside) => {
+                let d2 = f64::from((p - from).length_squared()).max(1e-30);
+                inside.sigma_t_along(p, self.wo, p - from) / d2
+            }
         }
     }
 
@@ -107,7 +123,7 @@ impl<'a> Vertex<'a> {
     pub fn arriving_along(&self, d: Vec3) -> f64 {
         match &self.inside {
             None => f64::from(self.surface.ng.abs_dot(d)) * self.share,
-            Some(inside) => inside.sigma_t,
+            Some(inside) => inside.sigma_t_along(self.surface.p, self.wo, d),
         }
     }
 

@@ -94,6 +94,13 @@ fn lights() -> Vec<(&'static str, Stage)> {
                 power: None,
             }),
         ),
+        ("projector", {
+            let mut stage = Stage::new();
+            let texture = texture(&mut stage, bitmap(12, 8, smooth), BitmapFilter::Bilinear);
+            let fov_axis = FovAxis::Smaller;
+            stage.light(LightKind::Projector { texture, scale: 2.0, fov: 70.0, fov_axis }, tilted);
+            stage
+        }),
         (
             "goniometric",
             light(LightKind::Goniometric {
@@ -150,7 +157,11 @@ fn densities_of_emitted_rays_are_consistent() {
                 // Dirac densities stand as 1 in samples and 0 in `pdf_le`.
                 let fixed_point = matches!(
                     light,
-                    Light::Point(_) | Light::Spot(_) | Light::Projection(_) | Light::Goniometric(_)
+                    Light::Point(_)
+                        | Light::Spot(_)
+                        | Light::Projection(_)
+                        | Light::Projector(_)
+                        | Light::Goniometric(_)
                 );
                 let fixed_direction = matches!(light, Light::Directional(_));
                 let rim = r.cos < 1e-3;

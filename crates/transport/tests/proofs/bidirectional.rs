@@ -82,7 +82,7 @@ fn lamp(stage: &mut Stage) {
 }
 
 /// Adds a light to a stage.
-type Light = Box<dyn Fn(&mut Stage)>;
+pub type Light = Box<dyn Fn(&mut Stage)>;
 
 #[test]
 fn it_agrees_with_the_path_tracer_under_every_light() {

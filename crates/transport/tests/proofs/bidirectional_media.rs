@@ -1,7 +1,7 @@
 //! Paths from both ends through participating media.
 
 use crate::bidirectional::{SIZE, agree, means, renders};
-use crate::media::{FORMS, Form, filled, foggy_room, hg, medium, rgb};
+use crate::media::{FORMS, Form, filled, flake_grid, flakes, foggy_room, hg, medium, rgb};
 use crate::scenes::*;
 use kaustika_sampling::estimator::RunningMean;
 use kaustika_scene::Scene;
@@ -56,6 +56,9 @@ fn stages() -> Vec<(String, Stage)> {
     let source = GlowSource::Radiance(FieldDesc::Constant(grey(0.4)));
     glowing.glow = Some(GlowDesc { source, scale: 1.0, grid: None });
     stages.push(("glowing".into(), fog(glowing)));
+    let flakes = PhaseDesc::Sggx(SggxDesc::Constant(flakes()));
+    stages.push(("microflakes".into(), fog(medium(Form::Even, 2.0, 0.8, flakes))));
+    stages.push(("microflakes, grid".into(), fog(medium(Form::Dense, 2.0, 0.8, flake_grid()))));
     let mut panes = fog(medium(Form::Dense, 1.0, 0.8, hg(0.2)));
     pane(&mut panes);
     stages.push(("panes and cut-outs".into(), panes));

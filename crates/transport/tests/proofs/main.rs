@@ -5,6 +5,7 @@
 //! comparisons share one family-wise level of 1 % (Šidák), see [`stats`].
 
 mod adjoint;
+mod beams;
 mod bidirectional;
 mod bidirectional_media;
 mod cameras;

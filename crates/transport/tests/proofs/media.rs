@@ -188,6 +188,51 @@ fn once_scattered_light_of_a_lamp_in_fog() {
     }
 }
 
+/// S of flakes with the squares of projected areas 0.09 along z, 0.81 and 0.36 along two axes
+/// across, turned by 30°.
+pub(crate) fn flakes() -> [f32; 6] {
+    let (s, c) = (0.5f32, 0.75f32.sqrt());
+    [0.81 * c * c + 0.36 * s * s, 0.81 * s * s + 0.36 * c * c, 0.09, 0.45 * s * c, 0.0, 0.0]
+}
+
+/// The same flakes everywhere, by a grid.
+pub(crate) fn flake_grid() -> PhaseDesc {
+    let values = flakes().repeat(8);
+    let grid = GridDesc { channels: 6, ..(*grid([2, 2, 2], values)).clone() };
+    PhaseDesc::Sggx(SggxDesc::Grid(Arc::new(grid)))
+}
+
+#[test]
+fn flakes_let_through_what_shows_of_them() {
+    // σₜ √(ωᵀ S ω), along x, z and between.
+    for form in FORMS {
+        for phase in [PhaseDesc::Sggx(SggxDesc::Constant(flakes())), flake_grid()] {
+            for d in [Vec3::X, Vec3::Z, v(0.6, 0.0, 0.8)] {
+                let mut stage = Stage::new();
+                stage.sky(1.0);
+                filled(&mut stage, sphere(1.0), HERE, medium(form, 0.8, 0.7, phase.clone()));
+                let area = (d.x * d.x * flakes()[0] + d.z * d.z * flakes()[2]).sqrt();
+                let truth = (-0.8 * 2.0 * f64::from(area)).exp();
+                let mean = stage.probe(d * -1.5, d, json!({"only_depth": 0}), 20_000);
+                agrees(&format!("{form:?} {d:?}"), &mean, truth);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_grid_of_flakes_scatters_like_the_flakes() {
+    let picture = |phase: PhaseDesc, seed| {
+        let mut stage = Stage::new();
+        stage.point_light(v(1.5, 1.0, -0.5), 3.0);
+        filled(&mut stage, sphere(1.0), HERE, medium(Form::Even, 1.5, 0.9, phase));
+        stage.camera(pinhole(50.0), look(v(0.0, 0.0, -2.0), Vec3::ZERO), [4, 4]);
+        stage.render(json!({}), 500, seed).mean()
+    };
+    let even = picture(PhaseDesc::Sggx(SggxDesc::Constant(flakes())), 1);
+    same("grid of flakes", &picture(flake_grid(), 2), &even);
+}
+
 #[test]
 fn white_matter_in_a_white_room_is_invisible() {
     let blend = PhaseDesc::Blend {
@@ -196,7 +241,9 @@ fn white_matter_in_a_white_room_is_invisible() {
         b: Box::new(PhaseDesc::Tabulated { values: vec![3.0, 0.5, 0.2, 1.0, 6.0] }),
     };
     for form in FORMS {
-        for phase in [PhaseDesc::Isotropic, hg(0.7), hg(-0.5), blend.clone()] {
+        let flakes = PhaseDesc::Sggx(SggxDesc::Constant(flakes()));
+        for phase in [PhaseDesc::Isotropic, hg(0.7), hg(-0.5), blend.clone(), flakes, flake_grid()]
+        {
             for mis in ["power", "bsdf"] {
                 let mut stage = Stage::new();
                 stage.sky(1.0);

@@ -102,6 +102,8 @@ impl Stage {
             white_balance: None,
             max_component: None,
             aovs: Vec::new(),
+            bands: None,
+            gbuffer: None,
         };
         self.d.cameras = vec![CameraDesc {
             name: String::new(),
@@ -155,7 +157,14 @@ impl Stage {
 
     pub fn emission(&mut self, radiance: f32) -> EmissionDesc {
         let radiance = self.d.float(radiance);
-        EmissionDesc { radiance, scale: 1.0, power: None, two_sided: false, span: None }
+        EmissionDesc {
+            radiance,
+            scale: 1.0,
+            power: None,
+            two_sided: false,
+            along_normal: false,
+            span: None,
+        }
     }
 
     /// A shape that reflects.

@@ -97,8 +97,14 @@ fn environments_and_lamps_keep_their_colour() {
     let mut lamp = Stage::new();
     let radiance = lamp.d.rgb(rgb);
     let e = lamp.lamp(GeometryDesc::Rectangle, at(0.0, 0.0, 1.0) * down(), 1.0);
-    *e.emission.as_mut().expect("a lamp") =
-        EmissionDesc { radiance, scale: 2.0, power: None, two_sided: false, span: None };
+    *e.emission.as_mut().expect("a lamp") = EmissionDesc {
+        radiance,
+        scale: 2.0,
+        power: None,
+        two_sided: false,
+        along_normal: false,
+        span: None,
+    };
     for (what, stage) in [("environment", around), ("lamp", lamp)] {
         for mode in [ColorMode::Rgb, ColorMode::Spectral] {
             let got = seen(&stage, mode, Vec3::ZERO, Vec3::Z, json!({}), 4096);
@@ -116,8 +122,14 @@ fn a_grey_furnace_is_spectral_too() {
     let (m, e) = (stage.diffuse(0.5), stage.d.rgb([1.0; 3]));
     let s = stage.shape(sphere(1.0), HERE, m);
     s.flip_normals = true;
-    s.emission =
-        Some(EmissionDesc { radiance: e, scale: 1.0, power: None, two_sided: false, span: None });
+    s.emission = Some(EmissionDesc {
+        radiance: e,
+        scale: 1.0,
+        power: None,
+        two_sided: false,
+        along_normal: false,
+        span: None,
+    });
     let p = json!({"mis": "bsdf", "roulette": "none", "max_depth": 20});
     let got = seen(&stage, ColorMode::Spectral, v(0.1, 0.2, 0.3), Vec3::X, p, 2048);
     for c in got {

@@ -128,3 +128,26 @@ fn samplers_by_their_nearest_name() {
         assert_eq!((c.sampler.as_deref(), c.spp), (Some(ours), Some(9)));
     }
 }
+
+#[test]
+fn films_of_responses() {
+    let film = |inner: &str| {
+        let sensor = format!(
+            r#"<sensor type="perspective"><film type="specfilm"><integer name="width" value="4"/>{inner}</film></sensor>"#
+        );
+        let text = format!("<scene version=\"3.0.0\">{sensor}</scene>");
+        let files = Files::new(&[("a.xml", &text)]);
+        let d = files.read("a.xml", &[]);
+        (d.cameras.first().and_then(|c| c.film.bands.clone()), files.messages(&d))
+    };
+    let (bands, messages) = film(
+        r#"<spectrum name="Band_A" value="400:0, 500:1, 600:0"/><spectrum name="b" type="uniform"/>"#,
+    );
+    assert_eq!(messages, Vec::<String>::new());
+    let Some(BandsDesc::Responses(list)) = bands else { panic!("{bands:?}") };
+    let names: Vec<&str> = list.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(names, ["Band_A", "b"]);
+    let (_, messages) = film("");
+    let message = "film `specfilm` needs a response: `<spectrum name=\"...\">` inside";
+    assert!(messages[0].ends_with(message), "{messages:?}");
+}

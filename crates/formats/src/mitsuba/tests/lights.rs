@@ -137,3 +137,35 @@ fn area_lights_may_be_shared_from_the_scene() {
         assert!(!e.two_sided);
     }
 }
+
+#[test]
+fn projectors() {
+    let d = silent(
+        "3.0.0",
+        r#"<emitter type="projector"><rgb name="irradiance" value="0.5"/><float name="fov" value="60"/>
+<string name="fov_axis" value="y"/><float name="scale" value="3"/></emitter>"#,
+    );
+    let LightKind::Projector { texture, scale, fov, fov_axis } = d.lights[0].kind else {
+        panic!("{:?}", d.lights)
+    };
+    assert_eq!((scale, fov, fov_axis), (3.0, 60.0, FovAxis::Y));
+    assert_eq!(d.textures[texture.0 as usize].node, TextureNode::Spectrum(rgb([0.5; 3])));
+}
+
+#[test]
+fn lights_of_one_direction() {
+    let (d, messages) = read(
+        "0.6.0",
+        r#"<emitter type="collimated"><spectrum name="power" value="1, 2, 3"/></emitter>
+<shape type="sphere"><emitter type="area"/></shape>"#,
+    );
+    assert_eq!(d.lights[0].kind, LightKind::Beam { power: rgb([1.0, 2.0, 3.0]), scale: 1.0 });
+    let hint = "render with `-m light`, `bdpt`, `vcm` or `sppm`; `path` leaves it out";
+    let found =
+        |name| format!("the light of `{name}` can't be found from the camera's side | {hint}");
+    assert_eq!(messages, [format!("note 2:16 {}", found("collimated"))]);
+    let (d, messages) =
+        read("3.0.0", r#"<shape type="disk"><emitter type="directionalarea"/></shape>"#);
+    assert!(d.shapes[0].emission.as_ref().is_some_and(|e| e.along_normal));
+    assert_eq!(messages, [format!("note 2:35 {}", found("directionalarea"))]);
+}

@@ -56,9 +56,9 @@ fn media_of_old() {
 }
 
 /// A `.vol` file of floats in the box from 0 to (1, 2, 4).
-fn vol(resolution: [i32; 3], values: &[f32]) -> Vec<u8> {
+fn vol(resolution: [i32; 3], channels: i32, values: &[f32]) -> Vec<u8> {
     let mut bytes = b"VOL\x03".to_vec();
-    for i in [1, resolution[0], resolution[1], resolution[2], 1] {
+    for i in [1, resolution[0], resolution[1], resolution[2], channels] {
         bytes.extend(i.to_le_bytes());
     }
     for f in [0.0, 0.0, 0.0, 1.0, 2.0, 4.0] {
@@ -72,7 +72,7 @@ fn vol(resolution: [i32; 3], values: &[f32]) -> Vec<u8> {
 fn beside_volume(version: &str, inner: &str) -> (SceneDescription, Vec<String>) {
     let text = format!("<scene version=\"{version}\">{CAMERA}\n{inner}</scene>");
     let files = Files::new(&[("a.xml", &text)]);
-    let bytes = vol([2, 1, 1], &[0.5, 2.0]);
+    let bytes = vol([2, 1, 1], 1, &[0.5, 2.0]);
     std::fs::write(files.folder.path().join("a.vol"), bytes).expect("files can be written");
     let d = files.read("a.xml", &[]);
     let messages = files.messages(&d);
@@ -140,6 +140,53 @@ fn phase_functions() {
     let blend = PhaseDesc::Blend { weight: 0.2, a: Box::new(a), b: Box::new(b) };
     assert_eq!(d.media[0].phase, blend);
     assert_eq!(d.media[1].phase, PhaseDesc::Tabulated { values: vec![1.0, 2.0, 3.5] });
+    let d = scene(
+        r#"<medium type="homogeneous"><phase type="sggx">
+<volume name="S" type="constvolume"><string name="value" value="1, 0.5 0.3, 0.1, 0, -0.1"/></volume></phase></medium>
+<medium type="homogeneous"><phase type="sggx"><string name="S" value="1 1 1 0 0 0"/></phase></medium>"#,
+    );
+    let s = PhaseDesc::Sggx(SggxDesc::Constant([1.0, 0.5, 0.3, 0.1, 0.0, -0.1]));
+    assert_eq!(d.media[0].phase, s);
+    assert_eq!(
+        d.media[1].phase,
+        PhaseDesc::Sggx(SggxDesc::Constant([1.0, 1.0, 1.0, 0.0, 0.0, 0.0]))
+    );
+    // 0.6: half of the first, a quarter each of the others.
+    let (d, messages) = read(
+        "0.6.0",
+        r#"<medium type="homogeneous"><phase type="mixturephase"><string name="weights" value="0.5, 0.25, 0.25"/>
+<phase type="rayleigh"/><phase type="hg"/><phase type="isotropic"/></phase></medium>"#,
+    );
+    assert_eq!(messages, Vec::<String>::new());
+    let blend = |weight, a, b| PhaseDesc::Blend { weight, a: Box::new(a), b: Box::new(b) };
+    let first = blend(1.0, PhaseDesc::Isotropic, PhaseDesc::Rayleigh);
+    let two = blend(1.0 / 3.0, first, PhaseDesc::HenyeyGreenstein { g: 0.8 });
+    assert_eq!(d.media[0].phase, blend(0.25, two, PhaseDesc::Isotropic));
+}
+
+#[test]
+fn grids_of_microflakes() {
+    for (channels, samples, expected) in [
+        (6, [1.0f32, 1.0, 1.0, -0.5, 0.0, 0.0], None),
+        (6, [1.0, 1.0, 1.0, 2.0, 0.0, 0.0], Some("sample 0 of `S` is not positive semidefinite")),
+    ] {
+        let text = format!(
+            r#"<scene version="3.0.0">{CAMERA}
+<medium type="homogeneous"><phase type="sggx"><volume name="S" type="gridvolume"><string name="filename" value="s.vol"/></volume></phase></medium></scene>"#
+        );
+        let files = Files::new(&[("a.xml", &text)]);
+        let bytes = vol([1, 1, 1], channels, &samples);
+        std::fs::write(files.folder.path().join("s.vol"), bytes).expect("files can be written");
+        let d = files.read("a.xml", &[]);
+        match expected {
+            None => assert!(
+                matches!(&d.media[0].phase, PhaseDesc::Sggx(SggxDesc::Grid(g)) if g.values == samples),
+                "{:?}",
+                files.messages(&d)
+            ),
+            Some(message) => assert!(files.messages(&d)[0].ends_with(message)),
+        }
+    }
 }
 
 #[test]
@@ -161,7 +208,8 @@ fn faults() {
             "error 3:68 `g` must lie between -1 and 1, found 1",
             "error 4:80 a phase function needs two values or more, none negative, not all 0",
             "error 5:28 phase `blendphase` needs 2 phases inside, found 1",
-            "warning 6:41 phase `sggx` is not supported | light scatters in all directions alike",
+            "error 6:28 phase `sggx` needs `S`: a `gridvolume` of six channels, or the six numbers \
+             xx, yy, zz, xy, xz, yz in a `<string>`",
             "warning 7:28 unknown parameter `sigmat` of medium `homogeneous` | did you mean \
              `sigma_t`?",
             "error 8:30 volume `gridvolume` needs `filename`",

@@ -2,7 +2,8 @@
 
 use super::{messages, read};
 use kaustika_scene::description::{
-    CameraKind, FilmDesc, FilterChoice, FovAxis, SceneDescription, SourceFormat,
+    ApertureShape, BandsDesc, CameraKind, FilmDesc, FilterChoice, FovAxis, GBufferSpace,
+    SceneDescription, SourceFormat,
 };
 
 fn quiet(text: &str) -> SceneDescription {
@@ -80,6 +81,24 @@ fn the_gbuffer_asks_for_layers() {
             .iter()
             .all(|n| f.aovs.contains(&n.to_string()))
     );
+    assert_eq!(f.gbuffer, Some(GBufferSpace::World));
+    assert_eq!(film("Film \"gbuffer\"").gbuffer, Some(GBufferSpace::Camera));
+    assert_eq!(film("Film \"rgb\"").gbuffer, None);
+}
+
+#[test]
+fn spectral_films_have_bins() {
+    let bins = |text: &str| film(&format!("Film \"spectral\" {text}")).bands;
+    assert_eq!(bins(""), Some(BandsDesc::Bins { count: 16, range: [360.0, 830.0] }));
+    let some = bins("\"integer nbuckets\" 3 \"float lambdamin\" 400 \"float lambdamax\" 700");
+    assert_eq!(some, Some(BandsDesc::Bins { count: 3, range: [400.0, 700.0] }));
+    let s = read("Film \"spectral\" \"integer nbuckets\" 0 WorldBegin");
+    let message = "error 1:17 <\"integer nbuckets\"> `nbuckets` must lie between 1 and 940\n";
+    assert_eq!(messages(&s), message);
+    let s = read("Film \"spectral\" \"float lambdamax\" 300 WorldBegin");
+    let message =
+        "error 1:17 <\"float lambdamax\"> wavelengths must rise, and lie between 360 and 830 nm\n";
+    assert_eq!(messages(&s), message);
 }
 
 #[test]
@@ -100,6 +119,35 @@ fn cameras_of_all_kinds() {
     assert_eq!(kind("Camera \"spherical\""), CameraKind::Spherical { equal_area: true });
     let text = "Camera \"spherical\" \"string mapping\" \"equirectangular\"";
     assert_eq!(kind(text), CameraKind::Spherical { equal_area: false });
+}
+
+#[test]
+fn lenses_of_many_surfaces() {
+    let with_file = |lens: &str, more: &str| {
+        let folder = tempfile::tempdir().expect("a folder");
+        let write = |name: &str, text: &str| {
+            std::fs::write(folder.path().join(name), text).expect("files can be written");
+        };
+        write("a.dat", lens);
+        let camera = format!("Camera \"realistic\" \"string lensfile\" \"a.dat\" {more}");
+        write("a.pbrt", &format!("{camera} Film \"rgb\" \"float diagonal\" 40 WorldBegin"));
+        super::super::read_pbrt(&folder.path().join("a.pbrt"))
+    };
+    let lens = "# front to back\n50 4 1.5 20\n0 2 0 16 # the stop\n-50 3 1 20";
+    let s = with_file(lens, "\"float aperturediameter\" 8 \"string aperture\" \"star\"");
+    assert_eq!(messages(&s), "");
+    let CameraKind::Realistic(lens) = &s.cameras[0].kind else { panic!() };
+    assert_eq!((lens.film_diagonal, lens.focus_distance), (1e-3 * 40.0, 10.0));
+    assert_eq!(lens.aperture, Some(ApertureShape::Star));
+    let stop = lens.surfaces[1];
+    assert_eq!((lens.surfaces.len(), stop.radius, stop.aperture_radius), (3, 0.0, 0.004));
+    assert_eq!((lens.surfaces[0].radius, lens.surfaces[2].thickness), (0.05, 0.003));
+    let why = |lens: &str| messages(&with_file(lens, ""));
+    assert!(why("1 2 3").contains("expected four numbers for each surface, found 3 in all"));
+    assert!(why("1 2\n3 x").contains("line 2: expected a number, found `x`"));
+    assert!(why("1 1 1 0").contains("surface 1 has a negative index or no diameter"));
+    let s = read("Camera \"realistic\" WorldBegin");
+    assert!(messages(&s).contains("camera `realistic` needs \"string lensfile\""));
 }
 
 #[test]
@@ -130,7 +178,6 @@ fn what_is_unknown_but_harmless_is_replaced() {
          bvh, exhaustive\n\
          warning 3:27 <\"bool regularize\"> `regularize` makes pictures wrong in favour of less \
          noise, ignored\n\
-         warning 2:35 <\"spectral\"> film `spectral` is not supported, only the RGB image is made\n\
          warning 1:9 <\"zsobo\"> unknown sampler `zsobo`, using `zsobol`; did you mean `zsobol`?\n"
     );
     let s = read("Integrator \"pathh\" \"integer maxdepth\" 3 \"float x\" 1 WorldBegin");

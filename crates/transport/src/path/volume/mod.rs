@@ -215,14 +215,14 @@ impl<'a> Integrator<'a> {
         flight.u_distance = u[7];
         if self.counts(walk.depth + 1) {
             let f = |wi| {
-                let p = phase.eval(wo, wi);
-                (Spectrum::splat(p), p)
+                let value = phase.eval(p, wo, wi);
+                (Spectrum::splat(value), value)
             };
             let shadow = |l: &_| scene.shadow_ray_in_space(p, ray.time, l);
             let stay = |_, medium| medium;
             self.light_up(walk, flight, (p, Vec3::ZERO), (u[4], u2_light), f, shadow, stay, stats);
         }
-        let (wi, pdf_w) = phase.sample(wo, u2);
+        let (wi, pdf_w) = phase.sample(p, wo, u2);
         walk.depth += 1;
         walk.previous = Previous { p, n: Vec3::ZERO, pdf_w, delta: false };
         flight.shares.turn();

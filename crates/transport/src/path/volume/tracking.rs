@@ -29,7 +29,7 @@ impl<'a> Integrator<'a> {
         let Some(id) = flight.medium else { return Travel::Passed };
         let medium = self.scene().medium(id);
         let Some(range) = medium.interval(&walk.segment.ray, end) else { return Travel::Passed };
-        let scattered = match medium.uniform(&walk.lambda) {
+        let scattered = match medium.uniform(walk.segment.ray.d, &walk.lambda) {
             Some(c) => self.travel_evenly(medium, &c, walk, flight, range),
             None => self.travel_by_collisions(medium, walk, flight, range),
         };
