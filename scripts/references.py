@@ -39,9 +39,11 @@ PICTURES = [
     ("mitsuba3/staircase2", "scene.xml", "TungstenRender.exr", 2, None, []),
     ("pbrt-v4/dining-room", "scene-v4.pbrt", "TungstenRender.exr", 2, None, []),
 ]
-# Paths as long as the reference's, as far as the tiles tell that no caustic lights.
+# Paths as long as the reference's, as far as the tiles tell. The lamp, which the crop leaves out with all above
+# it, is too dark in the reference: docs/references.md.
 MEDIA_PICTURES = [
-    ("pbrt-v4/volumetric-caustic", "scene-v4.pbrt", "TungstenRender.exr", 8, 2.0, ["-p", "max_depth=4", "--rgb"]),
+    ("pbrt-v4/volumetric-caustic", "scene-v4.pbrt", "TungstenRender.exr", 4, 2.0,
+     ["-m", "bdpt", "-p", "max_depth=4", "--rgb", "--crop", "0,104,1024,1024"]),
 ]
 
 

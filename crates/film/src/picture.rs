@@ -137,6 +137,29 @@ impl Picture {
         self.width as usize * self.height as usize
     }
 
+    /// The part of this picture that `crop` shows, if that is a crop of one of this size.
+    pub fn part_shown_by(&self, crop: &Picture) -> Option<Picture> {
+        let [x0, y0, x1, y1] = crop.display_window?;
+        let [x, y] = [crop.data_origin[0] - x0, crop.data_origin[1] - y0];
+        let (x, y) = (u32::try_from(x).ok()?, u32::try_from(y).ok()?);
+        let whole = (x1 - x0, y1 - y0) == (self.width as i32, self.height as i32);
+        if !whole || x + crop.width > self.width || y + crop.height > self.height {
+            return None;
+        }
+        let mut part = Picture { channels: Vec::new(), ..self.clone() };
+        (part.width, part.height) = (crop.width, crop.height);
+        (part.data_origin, part.display_window) = (crop.data_origin, crop.display_window);
+        for channel in &self.channels {
+            let row = |r: u32| {
+                let at = ((y + r) * self.width + x) as usize;
+                channel.data[at..at + crop.width as usize].iter().copied()
+            };
+            let data = (0..crop.height).flat_map(row).collect();
+            part.channels.push(Channel { name: channel.name.clone(), data, kind: channel.kind });
+        }
+        Some(part)
+    }
+
     /// The data of the channel of exactly this name.
     pub fn channel(&self, name: &str) -> Option<&[f32]> {
         let found = self.channels.iter().find(|c| c.name == name)?;

@@ -16,7 +16,7 @@ use std::path::Path;
 /// If the images can't be read or compared. A large difference is no failure.
 pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     let image = read_picture(&args.image).map_err(Failure::input)?;
-    let reference = read_picture(&args.reference).map_err(Failure::input)?;
+    let reference = read_shown(&args.reference, &image)?;
     let test = colour(&image, &args.image)?;
     let truth = colour(&reference, &args.reference)?;
     if (test.width, test.height) != (truth.width, truth.height) {
@@ -55,7 +55,7 @@ fn statistics(
     let spp = args.spp.or(of_image).ok_or_else(|| {
         Failure::Usage("how many samples a pixel has the image? say it with --spp N".into())
     })?;
-    let file = read_picture(path).map_err(Failure::input)?;
+    let file = read_shown(path, image)?;
     let variance = variance_of(&file).map_or_else(|| colour(&file, path), Ok)?;
     let options = VarianceTestOptions {
         spp: spp as f64,
@@ -64,6 +64,12 @@ fn statistics(
         space: args.space,
     };
     variance_test(truth, &variance, test, &options).map_err(Failure::input)
+}
+
+/// A picture to hold beside `image`: of a whole one the part that a crop shows.
+fn read_shown(path: &Path, image: &Picture) -> Result<Picture, Failure> {
+    let picture = read_picture(path).map_err(Failure::input)?;
+    Ok(picture.part_shown_by(image).unwrap_or(picture))
 }
 
 /// The variance layer of a rendered image; other files are variance all over.

@@ -98,6 +98,21 @@ fn a_pyramid_has_a_layer_for_each_strategy_and_a_sheet() {
 }
 
 #[test]
+fn a_crop_is_compared_with_what_it_shows() {
+    let p = Place::new();
+    p.ok("render ball.pbrt -q --sampler independent --spp 2 -o whole.exr");
+    p.ok("render ball.pbrt -q --sampler independent --spp 2 --crop 5,3,17,11 -o crop.exr");
+    let figures = |image: &str, reference: &str| {
+        json(&p.ok(&format!("compare {image} {reference} --json")))["mse"].as_f64().unwrap()
+    };
+    assert_eq!(figures("crop.exr", "whole.exr"), 0.0);
+    p.ok("render ball.pbrt -q --sampler independent --spp 2 --crop 6,3,18,11 -o other.exr");
+    assert!(figures("other.exr", "crop.exr") > 0.0, "both are crops: pixel by pixel");
+    let error = p.fails(1, "compare whole.exr crop.exr");
+    assert!(error.contains("the sizes differ"), "{error}");
+}
+
+#[test]
 fn scene_variables_are_set_from_outside() {
     let p = Place::new();
     let text = r#"<scene version="3.0.0">
