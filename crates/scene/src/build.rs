@@ -1,16 +1,17 @@
 //! From a description to a scene.
 
 mod analytic;
+mod emitter;
 
 use crate::camera::Camera;
 use crate::description::{
-    EmissionDesc, GeometryDesc, MaterialModel, MediumId, SceneDescription, ShapeDesc, SourceFormat,
-    TextureId, TriMesh,
+    GeometryDesc, MaterialModel, MediumId, SceneDescription, ShapeDesc, SourceFormat, TextureId,
+    TriMesh,
 };
 use crate::error::BuildError;
 use crate::geometry::{Geometry, Group, Instance};
 use crate::lanes::{Lamps, Plain};
-use crate::light::{AreaLight, AreaShape, Light, LightSelection, LightSelectionKind, mean_power};
+use crate::light::{AreaShape, Light, LightSelection, LightSelectionKind, mean_power};
 use crate::material::Materials;
 use crate::medium::Medium;
 use crate::moving::Placement;
@@ -19,6 +20,7 @@ use crate::shape::{CurveStore, MeshRange, Quadric, QuadricForm, SdfStore, Triang
 use crate::surface::LightId;
 use crate::tessellate;
 use crate::texture::{AttributeRange, AttributeTable, TexturePoint, Textures};
+use emitter::Emitter;
 use kaustika_accel::{BoxBvh, BuildOptions, TriangleBvh};
 use kaustika_math::{Bounds3, Vec2, Vec3};
 use kaustika_spectra::{ColorMode, SpectrumRole};
@@ -253,7 +255,7 @@ impl Gathered {
         });
         let first_light = self.lights.len();
         // An instance has no lights of its own: its emission would need one for each placement.
-        let emission = desc.emission.as_ref().filter(|_| !instanced);
+        let emission = Emitter::of(description, desc).filter(|_| !instanced);
         match &desc.geometry {
             GeometryDesc::Mesh(mesh) => self.add_mesh(desc, mesh, index, emission)?,
             GeometryDesc::Curves(curves) => {
@@ -284,7 +286,7 @@ impl Gathered {
             }
         }
         if let Some(e) = emission {
-            self.emissions.push((e.power, first_light..self.lights.len()));
+            self.emissions.push((e.desc.power, first_light..self.lights.len()));
         }
         Ok(())
     }
@@ -294,7 +296,7 @@ impl Gathered {
         desc: &ShapeDesc,
         mesh: &TriMesh,
         shape: u32,
-        emission: Option<&EmissionDesc>,
+        emission: Option<Emitter>,
     ) -> Result<(), BuildError> {
         let store = &mut self.triangles;
         let (first, vertices) = (store.indices.len() as u32, store.positions.len());
@@ -343,7 +345,7 @@ impl Gathered {
         if let Some(e) = emission {
             for i in first..first + count {
                 let shape = AreaShape::Triangle(i, store.area(i).max(f32::MIN_POSITIVE));
-                self.lights.push(area_light(e, shape));
+                self.lights.push(e.light(shape));
             }
         }
         for a in &mesh.attributes {
@@ -380,10 +382,6 @@ fn boundary(format: SourceFormat, desc: &ShapeDesc) -> Option<[Option<MediumId>;
         _ => sides != [None; 2],
     };
     bounds.then_some(sides)
-}
-
-fn area_light(e: &EmissionDesc, shape: AreaShape) -> Light {
-    Light::Area(AreaLight { shape, radiance: e.radiance, scale: e.scale, two_sided: e.two_sided })
 }
 
 /// Which meaning the colours of each texture have.

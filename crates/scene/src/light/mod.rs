@@ -177,6 +177,14 @@ impl Light {
 
     /// True if only light sampling can find it.
     pub fn is_delta(&self) -> bool {
+        match self {
+            Light::Area(l) => l.unseen,
+            _ => self.is_dirac(),
+        }
+    }
+
+    /// True if its points or its directions are Dirac's.
+    pub fn is_dirac(&self) -> bool {
         !matches!(self, Light::Area(_) | Light::Environment(_))
     }
 

@@ -52,11 +52,11 @@ impl LightEnd {
         let (emission, departure) = match infinite {
             true => {
                 let pdf_a = f64::from(pdf_a);
-                (dirac(light.is_delta(), pdf_w), Departure::Parallel { d: w, pdf_a })
+                (dirac(light.is_dirac(), pdf_w), Departure::Parallel { d: w, pdf_a })
             }
             false => {
                 let pdf_w = f64::from(pdf_w);
-                (dirac(light.is_delta(), pdf_a), Departure::Point { p, pdf_w })
+                (dirac(light.is_dirac(), pdf_a), Departure::Point { p, pdf_w })
             }
         };
         let hittable = !light.is_delta();
@@ -101,7 +101,7 @@ impl LightEnd {
             return f64::from(pmf) * f64::from(e.pdf_li);
         }
         let pmf = f64::from(lights.pmf(p, n, self.light));
-        if light.is_delta() {
+        if light.is_dirac() {
             return pmf;
         }
         pmf * f64::from(light.pdf_li_at(scene, p, self.p, self.n, wi)) * self.area(p)
