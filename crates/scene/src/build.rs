@@ -2,6 +2,7 @@
 
 mod analytic;
 mod emitter;
+mod relief;
 
 use crate::camera::Camera;
 use crate::description::{
@@ -51,6 +52,8 @@ struct Gathered {
     attributes: Vec<(String, AttributeRange)>,
     emissions: Vec<(Option<f32>, std::ops::Range<usize>)>,
     has_holes: bool,
+    /// The textures, if there are displaced meshes.
+    heights: Textures,
 }
 
 impl Scene {
@@ -65,7 +68,8 @@ impl Scene {
             .ok_or_else(|| BuildError::new(None, "the scene has no camera"))?;
         let resolution = options.resolution.unwrap_or(camera_desc.film.resolution);
 
-        let mut gathered = Gathered::default();
+        let heights = relief::heights(description);
+        let mut gathered = Gathered { heights, ..Gathered::default() };
         let mut groups = Vec::new();
         let mut ranges = vec![gathered.add_shapes(description, &description.shapes, false)?];
         for group in &description.groups {
@@ -258,6 +262,10 @@ impl Gathered {
         let emission = Emitter::of(description, desc).filter(|_| !instanced);
         match &desc.geometry {
             GeometryDesc::Mesh(mesh) => self.add_mesh(desc, mesh, index, emission)?,
+            GeometryDesc::Displaced(of) => {
+                let mesh = self.displace(desc, of)?;
+                self.add_mesh(desc, &mesh, index, emission)?;
+            }
             GeometryDesc::Curves(curves) => {
                 self.curves.add(curves, &desc.transform, index, desc.flip_normals);
             }
