@@ -135,6 +135,10 @@ impl SceneHash {
             print.debug(&(s.alpha, s.interior, s.exterior));
             match &s.geometry {
                 GeometryDesc::Mesh(mesh) => self::mesh(print, mesh),
+                GeometryDesc::Displaced(of) => {
+                    self::mesh(print, &of.mesh);
+                    print.debug(&(of.height, of.edge_length));
+                }
                 GeometryDesc::Curves(c) => curves(print, c),
                 GeometryDesc::SdfGrid(grid) => {
                     print.debug(&(grid.resolution, grid.normals));

@@ -1,18 +1,18 @@
 //! From a description to a scene.
 
 mod analytic;
+mod emitter;
+mod relief;
 
 use crate::camera::Camera;
 use crate::description::{
-    EmissionDesc, GeometryDesc, MaterialModel, MediumId, SceneDescription, ShapeDesc, SourceFormat,
-    TextureId, TriMesh,
+    GeometryDesc, MaterialModel, MediumId, SceneDescription, ShapeDesc, SourceFormat, TextureId,
+    TriMesh,
 };
 use crate::error::BuildError;
 use crate::geometry::{Geometry, Group, Instance};
 use crate::lanes::{Lamps, Plain};
-use crate::light::{
-    AreaLight, AreaShape, Light, LightSelection, LightSelectionKind, NormalArea, mean_power,
-};
+use crate::light::{AreaShape, Light, LightSelection, LightSelectionKind, mean_power};
 use crate::material::Materials;
 use crate::medium::Medium;
 use crate::moving::Placement;
@@ -21,6 +21,7 @@ use crate::shape::{CurveStore, MeshRange, Quadric, QuadricForm, SdfStore, Triang
 use crate::surface::LightId;
 use crate::tessellate;
 use crate::texture::{AttributeRange, AttributeTable, TexturePoint, Textures};
+use emitter::Emitter;
 use kaustika_accel::{BoxBvh, BuildOptions, TriangleBvh};
 use kaustika_math::{Bounds3, Vec2, Vec3};
 use kaustika_spectra::{ColorMode, SpectrumRole};
@@ -51,6 +52,8 @@ struct Gathered {
     attributes: Vec<(String, AttributeRange)>,
     emissions: Vec<(Option<f32>, std::ops::Range<usize>)>,
     has_holes: bool,
+    /// The textures, if there are displaced meshes.
+    heights: Textures,
 }
 
 impl Scene {
@@ -65,7 +68,8 @@ impl Scene {
             .ok_or_else(|| BuildError::new(None, "the scene has no camera"))?;
         let resolution = options.resolution.unwrap_or(camera_desc.film.resolution);
 
-        let mut gathered = Gathered::default();
+        let heights = relief::heights(description);
+        let mut gathered = Gathered { heights, ..Gathered::default() };
         let mut groups = Vec::new();
         let mut ranges = vec![gathered.add_shapes(description, &description.shapes, false)?];
         for group in &description.groups {
@@ -255,9 +259,13 @@ impl Gathered {
         });
         let first_light = self.lights.len();
         // An instance has no lights of its own: its emission would need one for each placement.
-        let emission = desc.emission.as_ref().filter(|_| !instanced);
+        let emission = Emitter::of(description, desc).filter(|_| !instanced);
         match &desc.geometry {
             GeometryDesc::Mesh(mesh) => self.add_mesh(desc, mesh, index, emission)?,
+            GeometryDesc::Displaced(of) => {
+                let mesh = self.displace(desc, of)?;
+                self.add_mesh(desc, &mesh, index, emission)?;
+            }
             GeometryDesc::Curves(curves) => {
                 self.curves.add(curves, &desc.transform, index, desc.flip_normals);
             }
@@ -286,7 +294,7 @@ impl Gathered {
             }
         }
         if let Some(e) = emission {
-            self.emissions.push((e.power, first_light..self.lights.len()));
+            self.emissions.push((e.desc.power, first_light..self.lights.len()));
         }
         Ok(())
     }
@@ -296,7 +304,7 @@ impl Gathered {
         desc: &ShapeDesc,
         mesh: &TriMesh,
         shape: u32,
-        emission: Option<&EmissionDesc>,
+        emission: Option<Emitter>,
     ) -> Result<(), BuildError> {
         let store = &mut self.triangles;
         let (first, vertices) = (store.indices.len() as u32, store.positions.len());
@@ -345,7 +353,7 @@ impl Gathered {
         if let Some(e) = emission {
             for i in first..first + count {
                 let shape = AreaShape::Triangle(i, store.area(i).max(f32::MIN_POSITIVE));
-                self.lights.push(area_light(e, shape));
+                self.lights.push(e.light(shape));
             }
         }
         for a in &mesh.attributes {
@@ -382,12 +390,6 @@ fn boundary(format: SourceFormat, desc: &ShapeDesc) -> Option<[Option<MediumId>;
         _ => sides != [None; 2],
     };
     bounds.then_some(sides)
-}
-
-fn area_light(e: &EmissionDesc, shape: AreaShape) -> Light {
-    let two_sided = e.two_sided && !e.along_normal;
-    let area = AreaLight { shape, radiance: e.radiance, scale: e.scale, two_sided };
-    if e.along_normal { Light::NormalArea(NormalArea(area)) } else { Light::Area(area) }
 }
 
 /// Which meaning the colours of each texture have.

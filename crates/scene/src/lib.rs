@@ -9,6 +9,7 @@ pub mod bsdf;
 mod build;
 mod camera;
 pub mod description;
+mod displace;
 mod error;
 mod geometry;
 pub mod lanes;

@@ -343,11 +343,14 @@ impl Reader {
                     self.diag.error(value.span, message);
                 }
             },
-            "rendercoordsys"
-            | "wavefront"
-            | "msereferenceimage"
-            | "msereferenceout"
-            | "displacementedgescale" => {}
+            "rendercoordsys" | "wavefront" | "msereferenceimage" | "msereferenceout" => {}
+            "displacementedgescale" => match super::number::scan_f32(text.as_bytes(), 0) {
+                Some((scale, _)) => self.scene.edge_scale = Some(scale),
+                None => {
+                    let message = format!("option `{}` needs a number, found `{text}`", name.text);
+                    self.diag.error(value.span, message);
+                }
+            },
             "disablepixeljitter"
             | "disabletexturefiltering"
             | "disablewavelengthjitter"

@@ -6,8 +6,8 @@ use super::images;
 use super::spectrum::unit_luminance;
 use kaustika_math::{Transform, Vec3};
 use kaustika_scene::description::{
-    BitmapChannels, BitmapFilter, BitmapTexture, EmissionDesc, GeometryDesc, TextureMapping,
-    TextureNode, Wrap,
+    BitmapChannels, BitmapFilter, BitmapTexture, DisplacedMesh, EmissionDesc, GeometryDesc,
+    TextureMapping, TextureNode, Wrap,
 };
 use kaustika_spectra::{ColorSpace, SpectrumDesc};
 use std::f32::consts::PI;
@@ -103,11 +103,11 @@ impl Builder {
     }
 }
 
-/// Area as pbrt finds it (quadrics: in object space), the number of pbrt's shapes, and whether
+/// Area as pbrt finds it (quadrics: in object space; displaced meshes: before), the number of pbrt's shapes, and whether
 /// they are all of the same area.
 fn area(geometry: &GeometryDesc, t: &Transform) -> (f32, usize, bool) {
     match geometry {
-        GeometryDesc::Mesh(m) => {
+        GeometryDesc::Mesh(m) | GeometryDesc::Displaced(DisplacedMesh { mesh: m, .. }) => {
             let corner = |i: u32| t.point(m.positions[i as usize]);
             sum(m.indices.iter().map(|&[a, b, c]| {
                 let (a, b, c) = (corner(a), corner(b), corner(c));

@@ -189,6 +189,8 @@ pub(super) struct Entities {
     pub integrator: Option<Entity>,
     pub accelerator: Option<Entity>,
     pub seed: Option<i32>,
+    /// Multiplies the `edgelength` of displaced meshes.
+    pub edge_scale: Option<f32>,
     pub textures: Vec<TextureEntity>,
     /// Names of textures by [`TextureType`].
     pub texture_names: [Names; 2],

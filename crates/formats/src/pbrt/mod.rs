@@ -20,6 +20,7 @@ mod entity;
 mod fibres;
 mod files;
 mod images;
+mod infinite;
 mod lens;
 mod lexer;
 mod lights;

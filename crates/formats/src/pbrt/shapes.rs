@@ -19,7 +19,8 @@ use super::param::Text;
 use crate::resources::{self, MeshRequest, NormalMode};
 use kaustika_math::Transform;
 use kaustika_scene::description::{
-    GeometryDesc, GroupDesc, GroupId, InstanceDesc, ShapeDesc, TextureId, TextureNode, TriMesh,
+    DisplacedMesh, GeometryDesc, GroupDesc, GroupId, InstanceDesc, ShapeDesc, TextureId,
+    TextureNode, TriMesh,
 };
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -39,6 +40,8 @@ const KINDS: [&str; 8] = [
 struct Wanted {
     request: usize,
     name: Text,
+    /// The texture that displaces it, and the length of edges.
+    displacement: Option<(TextureId, f32)>,
     /// Group, or the world.
     group: Option<usize>,
     shape: usize,
@@ -271,12 +274,6 @@ impl Builder {
     ) -> Option<GeometryDesc> {
         let diag = &mut self.desc.diagnostics;
         let p = &mut e.params;
-        if p.has("displacement") {
-            let message = "meshes are not displaced yet, the plain one is used";
-            self.notes.warning(p.place("displacement"), message);
-            p.own.iter_mut().filter(|p| p.name == "displacement").for_each(|p| p.used = true);
-        }
-        p.float(diag, "edgelength", 1.0);
         let Some(name) = p.string(diag, "filename") else {
             if !p.has("filename") {
                 diag.error(e.kind.span, "shape `plymesh` needs \"string filename\"");
@@ -293,8 +290,23 @@ impl Builder {
             Some(g) => self.desc.groups[g].shapes.len(),
             None => self.desc.shapes.len(),
         };
-        meshes.wanted.push(Wanted { request, name, group, shape });
+        let displacement = self.displacement(e);
+        meshes.wanted.push(Wanted { request, name, displacement, group, shape });
         Some(GeometryDesc::Mesh(Arc::new(TriMesh::default())))
+    }
+
+    /// `displacement` and `edgelength`.
+    fn displacement(&mut self, e: &mut Entity) -> Option<(TextureId, f32)> {
+        let diag = &mut self.desc.diagnostics;
+        let scale = self.scene.edge_scale.unwrap_or(1.0);
+        let edge_length = e.params.float(diag, "edgelength", 1.0) * scale;
+        let height = self.float_texture_or_none(e, "displacement")?;
+        if edge_length > 0.0 {
+            return Some((height, edge_length));
+        }
+        let message = format!("edges of a displaced mesh must be above 0, not {edge_length}");
+        self.desc.diagnostics.error(e.params.place("edgelength"), message);
+        None
     }
 
     /// Loads the mesh files and gives them to their shapes.
@@ -309,7 +321,13 @@ impl Builder {
                         Some(g) => &mut self.desc.groups[g].shapes,
                         None => &mut self.desc.shapes,
                     };
-                    shapes[w.shape].geometry = GeometryDesc::Mesh(mesh.clone());
+                    let mesh = mesh.clone();
+                    shapes[w.shape].geometry = match w.displacement {
+                        Some((height, edge_length)) => {
+                            GeometryDesc::Displaced(DisplacedMesh { mesh, height, edge_length })
+                        }
+                        None => GeometryDesc::Mesh(mesh),
+                    };
                 }
                 Err(cause) if !told[w.request] => {
                     told[w.request] = true;

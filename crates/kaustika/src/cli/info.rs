@@ -77,6 +77,7 @@ fn summarise(d: &SceneDescription) -> Vec<(&'static str, Value)> {
 fn triangles(shapes: &[ShapeDesc]) -> usize {
     let of_shape = |s: &ShapeDesc| match &s.geometry {
         GeometryDesc::Mesh(mesh) => mesh.indices.len(),
+        GeometryDesc::Displaced(of) => of.mesh.indices.len(),
         _ => 0,
     };
     shapes.iter().map(of_shape).sum()

@@ -59,3 +59,20 @@ fn images_of_the_corpus_are_read() {
     }
     assert!(sound >= 6, "{sound}: one of each format is sound");
 }
+
+#[test]
+fn volumes_of_the_corpus_are_read() {
+    let place = tempfile::tempdir().expect("a folder");
+    let scene = place.path().join("scene.pbrt");
+    let mut sound = 0;
+    for volume in inputs("nanovdb") {
+        let text = format!(
+            "WorldBegin\nMakeNamedMedium \"m\" \"string type\" \"nanovdb\" \"string filename\" \"{}\"",
+            volume.display()
+        );
+        std::fs::write(&scene, text).expect("a file");
+        let read = kaustika::load::load(&scene, &[]);
+        sound += usize::from(!read.diagnostics.has_errors());
+    }
+    assert_eq!(sound, 2);
+}

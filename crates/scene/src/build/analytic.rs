@@ -1,7 +1,8 @@
 //! Analytic shapes: quadrics, ellipsoids, signed distance grids.
 
-use super::{Gathered, area_light};
-use crate::description::{Ellipsoid, EmissionDesc, SdfGrid, ShapeDesc};
+use super::Gathered;
+use super::emitter::Emitter;
+use crate::description::{Ellipsoid, SdfGrid, ShapeDesc};
 use crate::error::BuildError;
 use crate::light::AreaShape;
 use crate::shape::{Quadric, QuadricForm};
@@ -25,7 +26,7 @@ impl Quadric {
 }
 
 impl Gathered {
-    pub(super) fn add_quadric(&mut self, mut quadric: Quadric, emission: Option<&EmissionDesc>) {
+    pub(super) fn add_quadric(&mut self, mut quadric: Quadric, emission: Option<Emitter>) {
         let number = self.quadrics.len() as u32;
         if let Some(e) = emission {
             quadric.light = Some(LightId(self.lights.len() as u32));
@@ -33,7 +34,7 @@ impl Gathered {
                 Some((center, radius)) => AreaShape::Sphere(number, center, radius),
                 None => AreaShape::Quadric(number),
             };
-            self.lights.push(area_light(e, shape));
+            self.lights.push(e.light(shape));
         }
         self.quadrics.push(quadric);
     }
@@ -43,7 +44,7 @@ impl Gathered {
         desc: &ShapeDesc,
         all: &[Ellipsoid],
         shape: u32,
-        emission: Option<&EmissionDesc>,
+        emission: Option<Emitter>,
     ) -> Result<(), BuildError> {
         for (i, ellipsoid) in all.iter().enumerate() {
             let place = ellipsoid.place().ok_or_else(|| {

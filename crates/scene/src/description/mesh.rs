@@ -1,6 +1,8 @@
 //! Triangle meshes as files give them.
 
+use super::TextureId;
 use kaustika_math::{Vec2, Vec3};
+use std::sync::Arc;
 
 /// Triangles over shared vertices, in object space.
 ///
@@ -18,6 +20,17 @@ pub struct TriMesh {
     pub indices: Vec<[u32; 3]>,
     /// Further values on vertices or faces, such as colours.
     pub attributes: Vec<MeshAttribute>,
+}
+
+/// A mesh that a texture moves along its normals.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DisplacedMesh {
+    /// The mesh as it is before.
+    pub mesh: Arc<TriMesh>,
+    /// How far, in object space.
+    pub height: TextureId,
+    /// Edges are halved until they are shorter than this in world space; above 0.
+    pub edge_length: f32,
 }
 
 /// Named values on the vertices or faces of a mesh.

@@ -41,7 +41,7 @@ pub use medium::{
     CloudDesc, CoefficientsDesc, DensityDesc, FieldDesc, GlowDesc, GlowSource, GridDesc,
     GridLayout, MediumDesc, MediumId, PhaseDesc, SggxDesc,
 };
-pub use mesh::{MeshAttribute, TriMesh};
+pub use mesh::{DisplacedMesh, MeshAttribute, TriMesh};
 pub use metallic_roughness::{
     AnisotropyDesc, ClearcoatDesc, DiffuseTransmissionDesc, IridescenceDesc, MetallicRoughnessDesc,
     SheenDesc, TangentSpace, VolumeDesc,

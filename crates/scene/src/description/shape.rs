@@ -1,6 +1,8 @@
 //! Shapes and instances.
 
-use super::{Curves, Ellipsoid, MaterialId, MediumId, SdfGrid, Span, TextureId, TriMesh};
+use super::{
+    Curves, DisplacedMesh, Ellipsoid, MaterialId, MediumId, SdfGrid, Span, TextureId, TriMesh,
+};
 use kaustika_math::Transform;
 use std::sync::Arc;
 
@@ -34,6 +36,8 @@ pub struct ShapeDesc {
 pub enum GeometryDesc {
     /// Triangles. Its front is the side that sees the corners anticlockwise.
     Mesh(Arc<TriMesh>),
+    /// Triangles, displaced.
+    Displaced(DisplacedMesh),
     /// A sphere about the origin, possibly cut: z in [z_min, z_max], azimuth up to phi_max.
     Sphere {
         /// Radius.

@@ -11,7 +11,7 @@ use kaustika_math::{Vec3, gamma};
 use kaustika_sampling::distribution::Discrete;
 use kaustika_spectra::{ColorMode, Spectrum, Wavelengths};
 
-/// All lights of a scene, if they are a few flat triangles of constant radiance and the colours are RGB.
+/// All lights of a scene, if they are a few flat triangles of constant radiance, whole, and the colours are RGB.
 #[derive(Clone, Debug)]
 pub struct Lamps {
     lamps: ArrayVec<Lamp, FEW_LIGHTS>,
@@ -130,6 +130,9 @@ pub fn shadow_end(from: Vec3s, p: Vec3s, reach: Lanes, n: Vec3s) -> Vec3s {
 impl Lamp {
     fn of(light: &AreaLight, scene: &Scene, pmf: f32) -> Option<Lamp> {
         let AreaShape::Triangle(i, area) = light.shape else { return None };
+        if light.alpha.is_some() || light.unseen {
+            return None;
+        }
         let store = &scene.geometry.triangles;
         let le = scene.textures.uniform(light.radiance, &Wavelengths::rgb())? * light.scale;
         let corners = store.corners(i);

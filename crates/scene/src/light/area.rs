@@ -4,12 +4,17 @@
 //! pdf_ω = pdf_A d² / |cos θ_light|                                         (1)
 //! whole spheres from outside: uniform in the cone they fill                (2)
 //! ```
+//!
+//! Rays pass where `alpha` cuts the shape out, so that what they find of it is α L on average; points
+//! that are sampled count α L. A light that is cut out everywhere in a pbrt scene shines without being
+//! seen (pbrt-v4, `DiffuseAreaLight`): only sampled points find it.
 
 use super::{EmittedRay, LightSample};
 use crate::Scene;
 use crate::description::TextureId;
 use crate::shape::{ShapeSample, area_to_solid_angle};
 use crate::surface::Surface;
+use crate::texture::TexturePoint;
 use kaustika_math::ray::offset_origin;
 use kaustika_math::{Frame, Ray, Vec2, Vec3, gamma, safe_sqrt, sqr, warp};
 use kaustika_spectra::{Spectrum, Wavelengths};
@@ -37,6 +42,10 @@ pub struct AreaLight {
     pub scale: f32,
     /// True if both sides emit.
     pub two_sided: bool,
+    /// The part of it that is there, in [0, 1].
+    pub alpha: Option<TextureId>,
+    /// True if it shines though no ray meets it.
+    pub unseen: bool,
 }
 
 /// Where on its shape a point lies, for what varies over it.
@@ -46,6 +55,14 @@ struct Place {
     triangle: u32,
     /// Weights of the triangle's corners 1 and 2.
     barycentrics: Vec2,
+}
+
+impl Place {
+    /// For what varies over the shape, at its point `p` with normal `n`.
+    fn texture_point(self, p: Vec3, n: Vec3) -> TexturePoint {
+        let Place { uv, triangle, barycentrics } = self;
+        TexturePoint { p, n, uv, uv_width: 0.0, triangle, barycentrics }
+    }
 }
 
 impl AreaLight {
@@ -66,9 +83,19 @@ impl AreaLight {
         if let Some(radiance) = scene.textures.uniform(self.radiance, lambda) {
             return radiance * self.scale;
         }
-        let Place { uv, triangle, barycentrics } = place();
-        let at = crate::texture::TexturePoint { p, n, uv, uv_width: 0.0, triangle, barycentrics };
+        let at = place().texture_point(p, n);
         scene.textures.spectrum(self.radiance, &at, lambda) * self.scale
+    }
+
+    /// The part of a sampled point that is there.
+    #[inline]
+    fn presence(&self, scene: &Scene, (p, n): (Vec3, Vec3), place: impl FnOnce() -> Place) -> f32 {
+        match self.alpha {
+            Some(alpha) => {
+                scene.textures.float(alpha, &place().texture_point(p, n)).clamp(0.0, 1.0)
+            }
+            None => 1.0,
+        }
     }
 
     /// Radiance leaving `s` along `w`.
@@ -101,7 +128,8 @@ impl AreaLight {
         u: Vec2,
         lambda: &Wavelengths,
     ) -> Spectrum {
-        self.emitted(scene, (s.p, s.n), w, lambda, || self.sampled_place(scene, u, s.p))
+        let place = || self.sampled_place(scene, u, s.p);
+        self.emitted(scene, (s.p, s.n), w, lambda, place) * self.presence(scene, (s.p, s.n), place)
     }
 
     /// The place of what [`AreaLight::sample_area`] gives for `u`.
@@ -168,7 +196,8 @@ impl AreaLight {
             return None;
         }
         let le = self.sampled_radiance(scene, &s, -wi, u, lambda);
-        Some(LightSample { wi, p: s.p, p_error: s.p_error, n: s.n, pdf_w, le, delta: false })
+        let delta = self.unseen;
+        Some(LightSample { wi, p: s.p, p_error: s.p_error, n: s.n, pdf_w, le, delta })
     }
 
     /// Density per solid angle of [`AreaLight::sample_li`] choosing `wi`, which met the point
@@ -242,7 +271,7 @@ impl AreaLight {
             let (s, pdf_a) = self.sample_area(scene, u);
             (self.sampled_radiance(scene, &s, s.n, u, lambda), pdf_a)
         };
-        if scene.textures.constant(self.radiance).is_some() {
+        if self.alpha.is_none() && scene.textures.constant(self.radiance).is_some() {
             return radiance(Vec2::splat(0.5)).0 * (sides * PI * self.area(scene));
         }
         // Meshes have many triangles, each a small part of the texture.

@@ -192,6 +192,14 @@ impl Light {
 
     /// True if a path from the camera can't find it by itself.
     pub fn is_delta(&self) -> bool {
+        match self {
+            Light::Area(l) => l.unseen,
+            _ => self.is_dirac(),
+        }
+    }
+
+    /// True if its points or its directions are Dirac's.
+    pub fn is_dirac(&self) -> bool {
         !matches!(self, Light::Area(_) | Light::Environment(_))
     }
 

@@ -54,11 +54,11 @@ impl LightEnd {
             _ if !light.connects() => (1.0, Departure::Fixed),
             true => {
                 let pdf_a = f64::from(pdf_a);
-                (dirac(light.is_delta(), pdf_w), Departure::Parallel { d: w, pdf_a })
+                (dirac(light.is_dirac(), pdf_w), Departure::Parallel { d: w, pdf_a })
             }
             false => {
                 let pdf_w = f64::from(pdf_w);
-                (dirac(light.is_delta(), pdf_a), Departure::Point { p, pdf_w })
+                (dirac(light.is_dirac(), pdf_a), Departure::Point { p, pdf_w })
             }
         };
         let hittable = !light.is_delta();
@@ -106,7 +106,7 @@ impl LightEnd {
         if !light.connects() {
             return 0.0;
         }
-        if light.is_delta() {
+        if light.is_dirac() {
             return pmf;
         }
         pmf * f64::from(light.pdf_li_at(scene, p, self.p, self.n, wi)) * self.area(p)

@@ -10,6 +10,7 @@ mod bidirectional;
 mod bidirectional_media;
 mod cameras;
 mod classes;
+mod cutouts;
 mod fields;
 mod furnace;
 mod hair;

@@ -200,6 +200,31 @@ fn meshes_are_loaded_once_and_face_their_normals() {
     assert_eq!(text.lines().count(), 1);
 }
 
+#[test]
+fn meshes_are_displaced_by_textures() {
+    let mesh = "Shape \"plymesh\" \"string filename\" \"m.ply\" \"texture displacement\" \"h\"";
+    let text = format!(
+        "Option \"displacement-edge-scale\" 0.5\nWorldBegin
+        Texture \"h\" \"float\" \"constant\" \"float value\" 2
+        {mesh} \"float edgelength\" .3
+        {mesh}
+        {mesh} \"float edgelength\" 0"
+    );
+    let dir = folder(&[("main.pbrt", text.as_bytes()), ("m.ply", PLY)]);
+    let s = read(&dir);
+    let lengths = s.shapes.iter().map(|shape| match &shape.geometry {
+        GeometryDesc::Displaced(d) => {
+            assert_eq!((super::number(&s, d.height), d.mesh.indices.len()), (2.0, 1));
+            d.edge_length
+        }
+        _ => 0.0,
+    });
+    assert_eq!(lengths.collect::<Vec<_>>(), [0.15, 0.5, 0.0]);
+    let expected =
+        "error 6:78 <\"float edgelength\"> edges of a displaced mesh must be above 0, not 0\n";
+    assert_eq!(told(&s, &dir), expected);
+}
+
 /// A PNG file of one pixel.
 fn png(rgb: [u8; 3]) -> Vec<u8> {
     let mut bytes = b"\x89PNG\r\n\x1a\n".to_vec();

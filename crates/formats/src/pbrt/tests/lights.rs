@@ -140,9 +140,23 @@ fn portals_are_windows() {
         let s = with_image(&of(&format!("\"point3 portal\" {portal}")), 4, 4, 1.0);
         assert!(messages(&s).contains(message), "{}", messages(&s));
     }
-    let plain = "LightSource \"infinite\" \"point3 portal\" [ 0 0 2  0 1 2  1 1 2  1 0 2 ]";
-    let s = with_image(plain, 4, 4, 1.0);
-    assert!(messages(&s).contains("a portal without an image is not supported"));
+}
+
+#[test]
+fn an_even_sky_shines_through_a_portal_too() {
+    let sky = |text: &str| {
+        let portal = "\"point3 portal\" [ 0 0 2  0 1 2  1 1 2  1 0 2 ]";
+        let s = world(&format!("LightSource \"infinite\" {text} \"float scale\" 3 {portal}"));
+        let LightKind::Portal { bitmap, scale, .. } = &s.lights[0].kind else { panic!("{text}") };
+        ([0, 1, 2].map(|c| super::super::images::texel(bitmap, 0, 0, c)), *scale)
+    };
+    assert_eq!(sky(""), ([1.0; 3], 3.0));
+    assert_eq!(sky("\"rgb L\" [ 1 2 3 ]"), ([1.0, 2.0, 3.0], 3.0));
+    // Twice what is flat stays twice, and is about as white as the flat spectrum.
+    let ([r, g, b], _) = sky("\"spectrum L\" [ 300 2 900 2 ]");
+    assert!((0.2126 * r + 0.7152 * g + 0.0722 * b - 2.0).abs() < 1e-2, "{r} {g} {b}");
+    // As with images of equal area: half of what it gives.
+    assert!((sky("\"float illuminance\" 6").1 - 3.0 * 6.0 / std::f32::consts::TAU).abs() < 1e-5);
 }
 
 #[test]
