@@ -52,7 +52,8 @@ const COMPARISONS: [(&str, &str, &str, &str); 20] = [
 fn means(scene: &str, method: &str, class: &str, passes: u64, seed: u64) -> [RunningMean; 5] {
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
     let description = load(&scenes.join(scene), &[]);
-    assert!(description.diagnostics.is_empty(), "{scene}: {:?}", description.diagnostics);
+    let faults = &description.diagnostics.entries;
+    assert!(faults.is_empty(), "{scene}: {faults:?}");
     let mut parameters = vec![("max_depth".into(), "6".into())];
     if method == "vcm" {
         parameters.extend([("radius".into(), "0.001".into()), ("alpha".into(), "1".into())]);
