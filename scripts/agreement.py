@@ -27,6 +27,8 @@ CLASSES = {
     "all": "C.*L",
     # what light tracing can show the camera: the last thing that the light meets is no mirror and no clear glass
     "shown": "C[^S].*L",
+    # what is seen on matte surfaces
+    "matte": "CD.*L",
     # what next event estimation from the eye finds, and lamps seen in mirrors: no caustics
     "asked": "C(S*|.*[^S])L",
 }
@@ -44,7 +46,7 @@ METHODS = {
 USUAL = [("path", "bdpt", "asked"), ("light", "bdpt", "shown"), ("vcm", "bdpt", "all")]
 SCENES = {
     "cornell-box": ("scene.pbrt", [("path", "bdpt", "all"), *USUAL[1:], ("sppm", "bdpt", "all")]),
-    "plates": ("scene.pbrt", [("path", "bdpt", "all"), *USUAL[1:]]),
+    "plates": ("scene.pbrt", [("path", "bdpt", "all"), ("light", "bdpt", "matte"), USUAL[2]]),
     "sky": ("scene.xml", USUAL),
     "lamp-room": ("scene.xml", USUAL),
     "door": ("scene.xml", USUAL),
