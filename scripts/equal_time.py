@@ -2,7 +2,7 @@
 """Methods beside each other at equal time (run by hand).
 
     scripts/equal_time.py SCENE --reference [METHOD=]FILE.exr... --time 20 METHOD[:KEY=VALUE[,KEY=VALUE]...][@LAYER]... [--seeds 5]
-        [--resolution WxH] [-p KEY=VALUE]... [--layer NAME=EXPRESSION]... [--below RADIANCE] [--kaustika PROGRAM] [--keep FOLDER]
+        [--resolution WxH] [-p KEY=VALUE]... [--layer NAME=EXPRESSION]... [--below RADIANCE] [--rgb] [--kaustika PROGRAM] [--keep FOLDER]
 
 Every method renders for the same time with seeds 1, 2, ..., by turns. Its error is
 
@@ -75,6 +75,7 @@ def main():
     ap.add_argument("-p", dest="parameters", action="append", default=[])
     ap.add_argument("--layer", action="append", default=[])
     ap.add_argument("--below", type=float, default=np.inf)
+    ap.add_argument("--rgb", action="store_true")
     ap.add_argument("--kaustika", default=os.path.join(os.path.dirname(HERE), "target", "release", "kaustika"))
     ap.add_argument("--keep")
     a = ap.parse_args()
@@ -88,7 +89,7 @@ def main():
                 parameters = a.parameters + (own.split(",") if own else [])
                 command = [a.kaustika, "render", a.scene, "-q", "-m", name, "--time", "%gs" % a.time, "--seed", str(seed),
                            "-o", image, "--stats", stats, *(["--resolution", a.resolution] if a.resolution else [])]
-                command += [x for p in parameters for x in ("-p", p)]
+                command += ["--rgb"] * a.rgb + [x for p in parameters for x in ("-p", p)]
                 command += [x for l in a.layer if layer and l.startswith(layer + "=") for x in ("--layer", l)]
                 subprocess.run(command, check=True)
                 x = read(image, layer)
