@@ -1,5 +1,6 @@
 //! The program as its users meet it: run, files compared, exit codes looked at.
 
+mod agreement;
 // The expected texts quote the system's own words for what it refuses.
 #[cfg(unix)]
 mod broken;

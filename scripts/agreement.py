@@ -1,0 +1,143 @@
+#!/usr/bin/env python3
+"""Holds the methods against each other on the project's own scenes (run by hand).
+
+    scripts/agreement.py [SCENE]... [--seeds 24] [--kaustika PROGRAM] [--resolution WxH] [--fault METHOD=FACTOR]
+
+Every method renders every scene with as many seeds as asked for; two methods are compared on the light of one class of paths
+(`--layer`), which both must be able to sample: the mean of the picture and of each of its tiles of 16 x 16 pixels, in red, green and blue,
+by Welch's test over the seeds. All tests together have one significance of 1 % (Sidak). One table in Markdown; exit code 1 if
+a test rejects. --fault makes one method's pictures brighter by a factor, to see the tests fail. Runs in a Python that has numpy and
+OpenImageIO. Build first: cargo build --release.
+"""
+import argparse
+import math
+import os
+import subprocess
+import sys
+import tempfile
+
+import numpy as np
+import OpenImageIO as oiio
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+SIGNIFICANCE, TILE = 0.01, 16
+
+CLASSES = {
+    # everything
+    "all": "C.*L",
+    # what light tracing can show the camera: the last thing that the light meets is no mirror and no clear glass
+    "shown": "C[^S].*L",
+    # what is seen on matte surfaces
+    "matte": "CD.*L",
+    # what next event estimation from the eye finds, and lamps seen in mirrors: no caustics
+    "asked": "C(S*|.*[^S])L",
+}
+
+# method: passes a seed, parameters
+METHODS = {
+    "path": (64, []),
+    "light": (64, []),
+    "bdpt": (16, []),
+    "vcm": (16, ["radius=0.0005", "alpha=1"]),
+    "sppm": (64, ["radius=0.001", "alpha=1"]),
+}
+
+# scene: its file, comparisons (one method, another, class)
+USUAL = [("path", "bdpt", "asked"), ("light", "bdpt", "shown"), ("vcm", "bdpt", "all")]
+SCENES = {
+    "cornell-box": ("scene.pbrt", [("path", "bdpt", "all"), *USUAL[1:], ("sppm", "bdpt", "all")]),
+    "plates": ("scene.pbrt", [("path", "bdpt", "all"), ("light", "bdpt", "matte"), USUAL[2]]),
+    "sky": ("scene.xml", USUAL),
+    "lamp-room": ("scene.xml", USUAL),
+    "door": ("scene.xml", USUAL),
+    "glass-sphere": ("scene.xml", USUAL + [("sppm", "bdpt", "shown")]),
+    "ring": ("scene.xml", USUAL + [("sppm", "bdpt", "shown")]),
+    "pool-large": ("large.xml", [("path", "bdpt", "all"), *USUAL[1:], ("sppm", "bdpt", "all")]),
+    "pool-small": ("small.xml", [USUAL[0], USUAL[1], ("vcm", "bdpt", "asked"), ("vcm", "sppm", "all")]),
+    "fog": ("scene.pbrt", USUAL),
+}
+
+
+def render(kaustika, scene, method, seed, resolution, classes, image):
+    passes, parameters = METHODS[method]
+    command = [kaustika, "render", scene, "-q", "-m", method, "--spp", str(passes), "--seed", str(seed), "-o", image,
+               "--sampler", "independent", "--filter", "box", *(["--resolution", resolution] if resolution else [])]
+    command += [x for p in parameters for x in ("-p", p)] + [x for c in classes for x in ("--layer", c + "=" + CLASSES[c])]
+    subprocess.run(command, check=True)
+    buffer = oiio.ImageBuf(image)
+    names, pixels = buffer.spec().channelnames, buffer.get_pixels(oiio.FLOAT)
+    return {c: pixels[..., [names.index(c + "." + k) for k in "RGB"]].astype(np.float64) for c in classes}
+
+
+def parts(pixels):
+    """Means of the picture and of its tiles, in each channel."""
+    h, w, _ = pixels.shape
+    tiles = [pixels[y:y + TILE, x:x + TILE].mean((0, 1)) for y in range(0, h, TILE) for x in range(0, w, TILE)]
+    return np.array([pixels.mean((0, 1))] + tiles)
+
+
+def welch(a, b):
+    """Normal scores of the differences of means over the first axis, and these means' variances.
+
+    Welch's t with its degrees of freedom n becomes normal by Wallace 1959:
+    z = (8n + 1) / (8n + 3) sqrt(n ln(1 + t^2 / n)).
+    """
+    va, vb = a.var(0, ddof=1) / len(a), b.var(0, ddof=1) / len(b)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        n = (va + vb) ** 2 / (va ** 2 / (len(a) - 1) + vb ** 2 / (len(b) - 1))
+        t = (a.mean(0) - b.mean(0)) / np.sqrt(va + vb)
+        z = (8 * n + 1) / (8 * n + 3) * np.sqrt(n * np.log1p(t * t / n)) * np.sign(t)
+    z[(va + vb == 0) & (a.mean(0) == b.mean(0))] = 0  # black in both
+    return z
+
+
+def main():
+    ap = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    ap.add_argument("scenes", nargs="*", metavar="SCENE", help=", ".join(SCENES))
+    ap.add_argument("--seeds", type=int, default=24)
+    ap.add_argument("--resolution", default="64x48")
+    ap.add_argument("--kaustika", default=os.path.join(ROOT, "target", "release", "kaustika"))
+    ap.add_argument("--fault", default="none=1")
+    a = ap.parse_args()
+    unknown = [s for s in a.scenes if s not in SCENES]
+    if unknown:
+        ap.error("no scene %s; there are %s" % (", ".join(unknown), ", ".join(SCENES)))
+    fault, factor = a.fault.split("=")
+
+    rows, tests = [], 0
+    with tempfile.TemporaryDirectory() as folder:
+        for name in a.scenes or SCENES:
+            file, comparisons = SCENES[name]
+            scene = os.path.join(ROOT, "scenes", name.split("-")[0] if name.startswith("pool") else name, file)
+            seen = {}
+            for method in dict.fromkeys(m for c in comparisons for m in c[:2]):
+                classes = list(dict.fromkeys(c for one, other, c in comparisons if method in (one, other)))
+                first = 1 + 1000 * list(METHODS).index(method)
+                for seed in range(first, first + a.seeds):
+                    layers = render(a.kaustika, scene, method, seed, a.resolution, classes, os.path.join(folder, "image.exr"))
+                    for c, pixels in layers.items():
+                        seen.setdefault((method, c), []).append(parts(pixels) * (float(factor) if method == fault else 1))
+            for one, other, c in comparisons:
+                x, y = np.array(seen[one, c]), np.array(seen[other, c])
+                z = welch(x, y)
+                tests += z.size
+                grey = [v[:, 0].mean(1) for v in (x, y)]
+                error = math.sqrt(sum(g.var(ddof=1) / len(g) / g.mean() ** 2 for g in grey))
+                rows.append((name, one, other, c, grey[0].mean() / grey[1].mean(), error, z))
+            print("%s: done" % name, file=sys.stderr)
+
+    alone = -math.expm1(math.log1p(-SIGNIFICANCE) / tests)
+    print("| scene | methods | class | ratio of means | its error | largest z of the means | of the tiles | agree |\n" + "|---" * 8 + "|")
+    rejected = False
+    for name, one, other, c, ratio, error, z in rows:
+        worst = [np.abs(z[:1]).max(), np.abs(z[1:]).max()]
+        ok = math.erfc(max(worst) / math.sqrt(2)) > alone
+        rejected |= not ok
+        print("| %s | `%s`, `%s` | %s | %.4f | %.4f | %.2f | %.2f | %s |" % (name, one, other, c, ratio, error, *worst, "yes" if ok else "**no**"))
+    bound = next(x for x in np.arange(0, 10, 0.01) if math.erfc(x / math.sqrt(2)) < alone)
+    print("\n%d tests together, significance %g: each z may reach %.2f." % (tests, SIGNIFICANCE, bound))
+    sys.exit(rejected)
+
+
+if __name__ == "__main__":
+    main()
