@@ -44,9 +44,10 @@ def shrunk(reference, height):
 def errors(x, r, below):
     """relMSE, trimmed relMSE and ratio of means."""
     good = np.isfinite(r).all(-1) & (r.max(-1) < below)
-    error = ((x - r) ** 2 / (r * r + 0.01))[good]
+    x, r = x[good], r[good]
+    error = (x - r) ** 2 / (r * r + 0.01)
     trimmed = np.sort(error.mean(-1))[:-max(1, len(error) // 1000)].mean()
-    return error.mean(), trimmed, x[good].mean() / r[good].mean()
+    return error.mean(), trimmed, x.mean() / r.mean()
 
 
 def reference_for(method, references):
