@@ -79,11 +79,13 @@ fn methods_that_start_at_lights_agree() {
         let alpha = stage.d.float(alpha);
         stage.lamp(disk(0.25), at(0.3, 0.2, 1.2) * down(), 8.0).alpha = Some(alpha);
         let scene = stage.build();
-        let p = json!({"max_depth": 4});
-        let path = means(&scene, "path", p.clone(), 400, seed);
-        for (method, passes) in [("bdpt", 250), ("light", 400)] {
-            let other = means(&scene, method, p.clone(), passes, seed + passes);
-            agree(&format!("{what}, {method}"), &other, &path);
+        for (depth, seed) in [(1, seed), (2, seed + 50)] {
+            let p = json!({"only_depth": depth});
+            let path = means(&scene, "path", p.clone(), 1000, seed);
+            for (method, passes) in [("bdpt", 250), ("light", 600)] {
+                let other = means(&scene, method, p.clone(), passes, seed + 1);
+                agree(&format!("{what}, {method}, {depth}"), &other, &path);
+            }
         }
     }
 }
