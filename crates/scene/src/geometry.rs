@@ -280,7 +280,7 @@ impl Instance {
     }
 
     /// Group space to world at a time.
-    fn at(&self, time: f32) -> Transform {
+    pub fn at(&self, time: f32) -> Transform {
         self.motion.as_ref().map_or(self.to_world, |m| m.at(time))
     }
 

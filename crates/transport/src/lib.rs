@@ -14,6 +14,7 @@ pub mod nearest;
 pub mod particle;
 pub mod path;
 pub mod path_space;
+pub mod ray_tracing;
 pub mod registry;
 pub mod roulette;
 pub mod session;

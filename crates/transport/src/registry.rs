@@ -3,8 +3,9 @@
 use crate::bidirectional::{self, Bdpt, Vcm};
 use crate::method::{Method, MethodInfo};
 use crate::particle::photon_map::{self, PhotonMapper};
-use crate::particle::{self, LightTracer};
+use crate::particle::{self, LightTracer, Vpl};
 use crate::path::{self, PathTracer};
+use crate::ray_tracing::backward::{self, Backward};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
@@ -65,6 +66,16 @@ pub static ALL: &[Entry] = &[
         parameters: photon_map::parameters,
         make: |p| Ok(Box::new(PhotonMapper::new(parse(p)?))),
     },
+    Entry {
+        info: &particle::VPL_INFO,
+        parameters: particle::vpl_parameters,
+        make: |p| Ok(Box::new(Vpl::new(parse(p)?))),
+    },
+    Entry {
+        info: &backward::INFO,
+        parameters: backward::parameters,
+        make: |p| Ok(Box::new(Backward::new(parse(p)?))),
+    },
 ];
 
 /// The method with this name.
@@ -84,6 +95,16 @@ pub(crate) fn bounces<'de, D: serde::Deserializer<'de>>(d: D) -> Result<i64, D::
     match (-1..=most).contains(&n) {
         true => Ok(n),
         false => Err(serde::de::Error::custom(format!("{n} is neither -1 nor from 0 to {most}"))),
+    }
+}
+
+/// A whole number above 0.
+pub(crate) fn count<'de, D: serde::Deserializer<'de>>(d: D) -> Result<u32, D::Error> {
+    let most = i64::from(u32::MAX);
+    let n = i64::deserialize(d)?;
+    match u32::try_from(n) {
+        Ok(n) if n > 0 => Ok(n),
+        _ => Err(serde::de::Error::custom(format!("{n} is not from 1 to {most}"))),
     }
 }
 

@@ -18,7 +18,7 @@ fn threads_do_not_change_the_picture() {
 #[test]
 fn every_method_gives_the_same_bits_on_any_threads_and_in_shares() {
     let p = Place::new();
-    for method in ["path", "light", "bdpt", "vcm", "sppm", "photonmap"] {
+    for method in ["path", "light", "bdpt", "vcm", "sppm", "photonmap", "vpl", "backward"] {
         // Filters that reach other pixels, so that splats of several bands meet.
         let common = format!("render ball.pbrt -q -m {method} --spp 4 --filter gaussian");
         p.ok(&format!("{common} -t 1 -o one.exr"));
@@ -35,7 +35,7 @@ fn every_method_gives_the_same_bits_on_any_threads_and_in_shares() {
 fn layers_by_path_are_shared_and_resumed_like_the_picture() {
     let p = Place::new();
     let layers = "--layer direct --layer rest=C.{2,}L --layer caustic=LS+DS*E --aov depth";
-    for method in ["path", "light", "bdpt", "vcm", "sppm"] {
+    for method in ["path", "light", "bdpt", "vcm", "sppm", "vpl"] {
         let common =
             format!("render ball.pbrt -q -m {method} --sampler sobol --filter gaussian {layers}");
         p.ok(&format!("{common} --spp 4 -t 1 -o one.exr"));

@@ -28,6 +28,8 @@ impl Lobes {
     pub const DIFFUSE: Lobes = Lobes(1 | 2);
     /// Glossy, both sides.
     pub const GLOSSY: Lobes = Lobes(4 | 8);
+    /// Every class but the diffuse: the S of path classes.
+    pub const SPECULAR: Lobes = Lobes(4 | 8 | 16 | 32 | 64);
     /// Every Dirac class.
     pub const DELTA: Lobes = Lobes(16 | 32 | 64);
     /// Every class with a density, so that light sampling can find it.

@@ -282,7 +282,8 @@ impl Quadric {
         self.pdf_a(self.to_world.inverse().point(p))
     }
 
-    fn own_area(&self) -> f32 {
+    /// Area in own space.
+    pub(crate) fn own_area(&self) -> f32 {
         match self.form {
             QuadricForm::Sphere { radius, z_min, z_max } => {
                 self.phi_max * radius * (z_max.min(radius) - z_min.max(-radius))
@@ -294,6 +295,29 @@ impl Quadric {
                 0.5 * self.phi_max * (sqr(radius) - sqr(inner))
             }
         }
+    }
+
+    /// Coordinates in [0, 1]² of the world point `p`, of which equal areas are equal areas in own
+    /// space, and how wide a thing is that covers all of the first at the middle of the second,
+    /// over how wide one is that covers the second.
+    pub fn chart_at(&self, p: Vec3) -> (Vec2, f32) {
+        let p = self.to_world.inverse().point(p);
+        let (y, width, height) = match self.form {
+            QuadricForm::Sphere { radius, z_min, z_max } => {
+                let (lo, hi) = (z_min.max(-radius), z_max.min(radius));
+                ((p.z - lo) / (hi - lo), radius, hi - lo)
+            }
+            QuadricForm::Cylinder { radius, z_min, z_max } => {
+                ((p.z - z_min) / (z_max - z_min), radius, z_max - z_min)
+            }
+            QuadricForm::Disk { radius, inner, .. } => {
+                let (r2, inner2) = (sqr(p.x) + sqr(p.y), sqr(inner));
+                let y = (r2 - inner2) / (sqr(radius) - inner2);
+                (y, 0.5 * (radius + inner), radius - inner)
+            }
+        };
+        let at = Vec2::new(azimuth(p) / self.phi_max, y);
+        (Vec2::new(at.x.clamp(0.0, 1.0), at.y.clamp(0.0, 1.0)), self.phi_max * width / height)
     }
 
     /// World area, by quadrature where the transform is not a similarity.

@@ -19,12 +19,11 @@ use crate::features::describe;
 use crate::frame::Frame;
 use crate::method::PassStats;
 use crate::path_space::{
-    self, CameraEnd, Closing, Departure, LightEnd, Splat, Start, Subpath, Tracks, Vertex, Walker,
-    splat,
+    self, CameraEnd, Closing, Departure, LightEnd, Splat, Subpath, Tracks, Vertex, Walker, splat,
 };
 use kaustika_film::accumulate::PixelRecord;
 use kaustika_math::{Vec2, Vec3};
-use kaustika_scene::bsdf::Mode;
+use kaustika_scene::bsdf::{Lobes, Mode};
 use kaustika_scene::{LightId, LightSelection, Scene, Segment};
 use kaustika_spectra::{Spectrum, Wavelengths};
 
@@ -145,22 +144,14 @@ impl<'a> Bidirectional<'a> {
         let camera = scene.camera.sample_we(film.film, Vec2::new(u[2], u[3]), u[4]);
         let lambda = Wavelengths::sample_for(scene.mode, u[5]);
         let camera_end = CameraEnd::new(scene, &camera.ray);
-        let start = Start {
-            ray: camera.ray,
-            t_max: camera.t_max,
-            beta: Spectrum::ONE,
-            lambda,
-            departure: camera_end.departure,
-            medium: scene.camera_medium,
-            footprint: camera.width * scene.footprint_scale,
-            spread: camera.spread * scene.footprint_scale,
-        };
+        let start = camera_end.start(scene, &camera, lambda);
         let most = |more: u32| self.max_depth.saturating_add(more) as usize;
         let walker = Walker {
             scene,
             roulette: self.params.roulette(),
             mode: Mode::Radiance,
             until_smooth: false,
+            lobes: Lobes::ALL,
         };
         let escape = walker.walk(&start, most(1), &mut sampler, eye, stats);
 

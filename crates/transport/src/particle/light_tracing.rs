@@ -27,7 +27,7 @@ use crate::workers::Workers;
 use kaustika_film::accumulate::{PassImage, PixelRecord};
 use kaustika_math::Vec2;
 use kaustika_sampling::Sampler;
-use kaustika_scene::bsdf::Mode;
+use kaustika_scene::bsdf::{Lobes, Mode};
 use kaustika_scene::{LightSelection, Scene, Segment};
 use kaustika_spectra::Wavelengths;
 use serde::Deserialize;
@@ -213,7 +213,13 @@ impl<'a> Tracer<'a> {
             scene,
             frame,
             emission,
-            walker: Walker { scene, roulette, mode: Mode::Importance, until_smooth: false },
+            walker: Walker {
+                scene,
+                roulette,
+                mode: Mode::Importance,
+                until_smooth: false,
+                lobes: Lobes::ALL,
+            },
             nee: params.nee,
             max_depth: max_depth.unwrap_or(usize::MAX),
             only_depth,

@@ -1,9 +1,10 @@
 //! xₖ: where a path meets the lens, and with what densities, per picture.
 
-use super::{Departure, solid_angle_to_area};
+use super::{Departure, Start, solid_angle_to_area};
 use crate::method::RenderError;
 use kaustika_math::{Ray, Vec3};
-use kaustika_scene::Scene;
+use kaustika_scene::{CameraRay, Scene};
+use kaustika_spectra::{Spectrum, Wavelengths};
 
 /// The camera's end of a path.
 #[derive(Clone, Copy, Debug)]
@@ -43,6 +44,20 @@ impl CameraEnd {
             None => (pdf_a, Departure::Point { p, pdf_w }),
         };
         CameraEnd { p, lens, connection: lens, departure, seen: true, aperture }
+    }
+
+    /// The first step of the subpath along a camera ray.
+    pub fn start(&self, scene: &Scene, camera: &CameraRay, lambda: Wavelengths) -> Start {
+        Start {
+            ray: camera.ray,
+            t_max: camera.t_max,
+            beta: Spectrum::ONE,
+            lambda,
+            departure: self.departure,
+            medium: scene.camera_medium,
+            footprint: camera.width * scene.footprint_scale,
+            spread: camera.spread * scene.footprint_scale,
+        }
     }
 
     /// What turns a density per solid angle at `from` into one of xₖ; 0 where light cannot meet

@@ -112,6 +112,21 @@ impl<'f> Tracks<'f> {
         self.found = found;
     }
 
+    /// Adds a path whose light's side ends in the vertex `y`, before which it has these classes,
+    /// joined with the eye's vertex `i`.
+    pub fn add_joined(
+        &mut self,
+        (y, back): (&Vertex, &[(Back, Spectrum)]),
+        (i, z): (usize, &Vertex),
+        value: Spectrum,
+        lambda: &Wavelengths,
+        sensor: &Sensor,
+    ) {
+        let d = (z.surface.p - y.surface.p).normalize();
+        let back = self.beyond(back, y, d);
+        self.add_merged((i, z, -d), &back, value, lambda, sensor);
+    }
+
     /// What the layers got since [`Tracks::follow_eye`], linear RGB.
     pub fn found(&self) -> &[[f32; 3]] {
         &self.found
@@ -142,8 +157,12 @@ impl<'f> Tracks<'f> {
     }
 
     fn back_beyond(&self, j: usize, y: &Vertex, wi: Vec3) -> Mix<Back> {
+        self.beyond(&self.backs[j], y, wi)
+    }
+
+    fn beyond(&self, back: &[(Back, Spectrum)], y: &Vertex, wi: Vec3) -> Mix<Back> {
         let step = |back, event| Some(self.classes.backward(back, event)).filter(|b| !b.is_dead());
-        advance(&self.backs[j], &parts(y, wi, Mode::Importance), step)
+        advance(back, &parts(y, wi, Mode::Importance), step)
     }
 
     fn meet(

@@ -130,6 +130,9 @@ pub struct Walker<'a> {
     pub mode: Mode,
     /// True: the subpath ends where it would not go on by a Dirac lobe.
     pub until_smooth: bool,
+    /// The classes by which surfaces scatter the subpath on: all, but for methods that find what
+    /// the others do in another way.
+    pub lobes: Lobes,
 }
 
 impl<'a> Walker<'a> {
@@ -168,7 +171,7 @@ impl<'a> Walker<'a> {
                 continue;
             }
             let u = sampler.get_vertex();
-            let scattered = bsdf.sample(wo, u[5], Vec2::new(u[2], u[3]), self.mode, Lobes::ALL);
+            let scattered = bsdf.sample(wo, u[5], Vec2::new(u[2], u[3]), self.mode, self.lobes);
             let vertex = trail.vertex(path, surface, bsdf, wo, &u);
             path.vertices.push(vertex);
             self.leave(&mut trail, path, scattered.as_ref(), u[6])?;

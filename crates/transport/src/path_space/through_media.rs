@@ -81,7 +81,7 @@ impl<'a> Walker<'a> {
                 flight.shares.end_secondary(&trail.lambda);
                 let u = sampler.get_vertex();
                 let (value, p) = bsdf.straight(wo, panes);
-                let s = bsdf.sample(wo, u[5], Vec2::new(u[2], u[3]), self.mode, Lobes::ALL);
+                let s = bsdf.sample(wo, u[5], Vec2::new(u[2], u[3]), self.mode, self.lobes);
                 straight = p > 0.0 && s.is_some_and(|s| goes_straight(&s, wo, panes));
                 if straight {
                     trail.beta *= value / p;

@@ -27,13 +27,16 @@ fn a_spot_of_light_reflects_what_the_beam_brings() {
     // In the middle: merging blurs the spot, and all of it must be seen.
     beam(&mut stage, at(-0.8, 0.2, 1.0) * rotate(140.0, Vec3::Y), 5.0);
     let scene = stage.build();
-    for (method, p) in
-        [("light", json!({})), ("bdpt", json!({"max_depth": 1})), ("vcm", json!({"max_depth": 1}))]
-    {
+    for (method, p) in [
+        ("light", json!({})),
+        ("bdpt", json!({"max_depth": 1})),
+        ("vcm", json!({"max_depth": 1})),
+        ("backward", json!({"texel": 0.05})),
+    ] {
         let mean = scaled(&means(&scene, method, p, 50, 1)[4], 16.0 / 96.0);
         match method {
             // Which eye paths end near the spot is chance.
-            "vcm" => agrees(method, &mean, 0.6 * 5.0 / PI),
+            "vcm" | "backward" => agrees(method, &mean, 0.6 * 5.0 / PI),
             _ => close(method, mean.mean(), 0.6 * 5.0 / PI, 1e-3),
         }
     }

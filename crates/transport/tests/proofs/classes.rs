@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 use std::sync::Arc;
 
 /// The mean of the picture and of each layer by a method; passes count as independent.
-fn layers(
+pub(crate) fn layers(
     scene: &Scene,
     method: &str,
     p: Value,
@@ -73,7 +73,7 @@ const PARTITION: [&str; 6] = ["C.", "C<RD>.", "C<RD>.{2,}", "C<R[GS]>.+", "C<T.>
 #[test]
 fn classes_that_part_the_paths_add_up_to_the_picture() {
     let scene = all_kinds().build();
-    for method in ["path", "bdpt", "vcm"] {
+    for method in ["path", "bdpt", "vcm", "vpl"] {
         let p = json!({"max_depth": 5});
         let l = layers(&scene, method, p, &PARTITION, 6, 3000);
         let sum: f64 = l[1..].iter().map(RunningMean::mean).sum();
@@ -110,10 +110,13 @@ fn methods_agree_layer_by_layer() {
         let one = layers(&scene, "vcm", p.clone(), &expressions, 20, 3020 + k);
         vcm.iter_mut().zip(one).for_each(|(all, one)| all.push(one.mean()));
     }
+    let p = json!({"max_depth": 4, "paths": 8});
+    let vpl = layers(&scene, "vpl", p, &expressions, 800, 3012);
     for (i, path) in path.iter().enumerate() {
         let what = if i == 0 { "picture" } else { expressions[i - 1] };
         assert!(path.mean() > 0.0, "{what}");
         same(&format!("bdpt, {what}"), &bdpt[i], path);
+        same(&format!("vpl, {what}"), &vpl[i], path);
         same(&format!("vcm, {what}"), &vcm[i], path);
     }
 }

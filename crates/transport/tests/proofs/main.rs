@@ -5,6 +5,7 @@
 //! comparisons share one family-wise level of 1 % (Šidák), see [`stats`].
 
 mod adjoint;
+mod backward;
 mod beams;
 mod bidirectional;
 mod bidirectional_media;
@@ -34,4 +35,5 @@ mod spectral;
 mod stats;
 mod subsurface;
 mod surfaces;
+mod virtual_lights;
 mod waves;

@@ -13,16 +13,15 @@ use super::params::{Mode, VcmParams};
 use super::photons::{Photon, Photons};
 use super::recursion::{Carried, Weights};
 use crate::features::describe;
-use crate::frame::{Frame, pass_number};
+use crate::frame::Frame;
 use crate::method::{PassStats, RenderError};
 use crate::path_space::{
-    self, CameraEnd, Closing, LightEnd, Passage, Splat, Start, Subpath, Tracks, Vertex, Walker,
+    self, CameraEnd, Closing, LightEnd, OfPass, Passage, Splat, Subpath, Tracks, Vertex, Walker,
     splat,
 };
 use crate::workers::Workers;
 use kaustika_film::accumulate::PixelRecord;
 use kaustika_math::{Vec2, Vec3};
-use kaustika_sampling::hash::combine;
 use kaustika_scene::bsdf::{Lobes, Mode as Carrying};
 use kaustika_scene::{LightId, LightSelection, Scene, Segment};
 use kaustika_spectra::{Spectrum, Wavelengths};
@@ -49,8 +48,7 @@ pub(super) struct Estimator<'a> {
     /// N.
     count: f32,
     /// Light is shared between pixels, so all paths of a pass have the same wavelengths and time.
-    lambda: Wavelengths,
-    time: f32,
+    of_pass: OfPass,
 }
 
 /// Room for one pair of paths.
@@ -110,7 +108,6 @@ impl<'a> Estimator<'a> {
         let light_paths = count / pixels(frame.resolution);
         let (connects, merges) = (params.mode.connects(), params.mode.merges());
         let power = params.mis == super::params::Heuristic::Power;
-        let seed = frame.sampler.config().seed;
         Estimator {
             scene,
             frame,
@@ -123,8 +120,7 @@ impl<'a> Estimator<'a> {
             max_depth: params.max_bounces() as usize,
             only_depth: usize::try_from(params.only_depth).ok(),
             count: count as f32,
-            lambda: Wavelengths::sample_for(scene.mode, pass_number(index, seed)),
-            time: pass_number(index, combine(seed, 1)),
+            of_pass: OfPass::new(scene, frame, index),
         }
     }
 
@@ -189,11 +185,16 @@ impl<'a> Estimator<'a> {
         room.of_light.clear();
         let mut root = self.frame.sampler.start(pixel, self.index);
         let mut sampler = root.fork(LIGHT_BRANCH);
-        let (end, start) =
-            LightEnd::emit(self.scene, self.emission, &self.lambda, self.time, &mut sampler)?;
+        let OfPass { lambda, time } = self.of_pass;
+        let (end, start) = LightEnd::emit(self.scene, self.emission, &lambda, time, &mut sampler)?;
         let roulette = self.params.roulette();
-        let walker =
-            Walker { scene: self.scene, roulette, mode: Carrying::Importance, until_smooth: false };
+        let walker = Walker {
+            scene: self.scene,
+            roulette,
+            mode: Carrying::Importance,
+            until_smooth: false,
+            lobes: Lobes::ALL,
+        };
         walker.walk(&start, self.max_depth, &mut sampler, &mut room.light, stats);
         self.weights.of_light(self.scene, self.lights, &end, &room.light, &mut room.of_light);
         if let Some(tracks) = &mut room.tracks {
@@ -216,23 +217,15 @@ impl<'a> Estimator<'a> {
         let mut sampler = frame.sampler.start(pixel, self.index);
         let u = sampler.get_vertex();
         let film = frame.film_sample(pixel, Vec2::new(u[0], u[1]));
-        let camera = scene.camera.sample_we(film.film, Vec2::new(u[2], u[3]), self.time);
+        let camera = scene.camera.sample_we(film.film, Vec2::new(u[2], u[3]), self.of_pass.time);
         let camera_end = CameraEnd { aperture: None, ..CameraEnd::new(scene, &camera.ray) };
-        let start = Start {
-            ray: camera.ray,
-            t_max: camera.t_max,
-            beta: Spectrum::ONE,
-            lambda: self.lambda,
-            departure: camera_end.departure,
-            medium: scene.camera_medium,
-            footprint: camera.width * scene.footprint_scale,
-            spread: camera.spread * scene.footprint_scale,
-        };
+        let start = camera_end.start(scene, &camera, self.of_pass.lambda);
         let walker = Walker {
             scene,
             roulette: self.params.roulette(),
             mode: Carrying::Radiance,
             until_smooth: mode == Mode::Ppm,
+            lobes: Lobes::ALL,
         };
         let most = self.max_depth.saturating_add(1);
         let escape = walker.walk(&start, most, &mut sampler, &mut room.eye, stats);
