@@ -17,6 +17,8 @@ pub struct MethodInfo {
     pub summary: &'static str,
     /// The light paths it can find, in the lecture's alphabet.
     pub path_class: &'static str,
+    /// Paths that it can never make, for the user to know.
+    pub misses: &'static str,
     /// What its expectation is.
     pub bias: Bias,
     /// True if it renders participating media.

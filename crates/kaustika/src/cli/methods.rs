@@ -36,6 +36,7 @@ fn describe(entry: &Entry) -> String {
     let mut text = format!("{}: {}\n\n", i.name, i.summary);
     for (name, value) in [
         ("paths", i.path_class),
+        ("misses", i.misses),
         ("estimate", bias(i.bias)),
         ("passes", schedule(i.schedule)),
         ("one spp", i.one_spp),
@@ -65,6 +66,7 @@ fn to_json(entry: &Entry) -> Value {
         "name": i.name,
         "summary": i.summary,
         "path_class": i.path_class,
+        "misses": i.misses,
         "bias": bias(i.bias),
         "schedule": schedule(i.schedule),
         "one_spp": i.one_spp,

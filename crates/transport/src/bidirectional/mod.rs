@@ -35,6 +35,7 @@ pub static INFO: MethodInfo = MethodInfo {
     name: "bdpt",
     summary: "bidirectional path tracing with all strategies combined by multiple importance sampling",
     path_class: "L(D|S)*E",
+    misses: "caustics of points, spots, directions and beams that are seen through mirrors or clear glass alone: L S_M+ D S_M+ E",
     bias: Bias::Unbiased,
     media: true,
     layers: true,

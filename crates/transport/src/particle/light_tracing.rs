@@ -37,6 +37,7 @@ pub static INFO: MethodInfo = MethodInfo {
     name: "light",
     summary: "light tracing: paths from the lights, every vertex connected to the lens",
     path_class: "L(D|S)*DE",
+    misses: "lights seen directly, and all that mirrors or clear glass show last: L ... S_M E",
     bias: Bias::Unbiased,
     media: true,
     layers: true,

@@ -37,6 +37,7 @@ pub static INFO: MethodInfo = MethodInfo {
     name: "path",
     summary: "path tracing with next event estimation and multiple importance sampling",
     path_class: "L(D|S)*E",
+    misses: "light of points, spots, directions and beams that mirrors or clear glass turn first: L S_M+ ...",
     bias: Bias::Unbiased,
     media: true,
     layers: true,

@@ -42,6 +42,7 @@ pub static INFO: MethodInfo = MethodInfo {
     name: "photonmap",
     summary: "photon mapping: global and caustic maps, final gathering, irradiance caching",
     path_class: "L(D|S)*E",
+    misses: "media",
     bias: Bias::Consistent,
     media: false,
     layers: false,

@@ -26,6 +26,7 @@ pub static INFO: MethodInfo = MethodInfo {
     name: "vpl",
     summary: "instant radiosity: virtual lights shared by all pixels, their bound compensated",
     path_class: "L(D|S)*E",
+    misses: "light of points, spots, directions and beams that mirrors or clear glass turn first: L S_M+ ...",
     bias: Bias::Unbiased,
     media: true,
     layers: true,

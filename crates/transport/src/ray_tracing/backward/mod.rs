@@ -25,6 +25,7 @@ pub static INFO: MethodInfo = MethodInfo {
     name: "backward",
     summary: "backward ray tracing: illumination maps catch caustics, then rays from the eye",
     path_class: "LS*[D]S*E",
+    misses: "light scattered by more than one matte surface: ... D ... D ...",
     bias: Bias::Biased,
     media: false,
     layers: false,
