@@ -1,10 +1,11 @@
-//! What the first surface of a camera path is like, for the layers that people ask for.
+//! What a camera path meets first is like, for the layers that people ask for.
 
+use crate::path_space::Vertex;
 use kaustika_film::accumulate::PixelRecord;
 use kaustika_math::Vec3;
 use kaustika_scene::bsdf::Bsdf;
 use kaustika_scene::{Scene, Surface};
-use kaustika_spectra::Wavelengths;
+use kaustika_spectra::{Spectrum, Wavelengths};
 
 /// Features of the first surface.
 pub fn describe(
@@ -28,4 +29,30 @@ pub fn describe(
     record.uv = [s.uv.x, s.uv.y];
     record.shape = s.shape + 1;
     record.material = scene.material_of(s).0 + 1;
+}
+
+/// Features of a point in a medium, at distance `t`: those that it has.
+pub fn describe_matter(
+    albedo: Spectrum,
+    lambda: &Wavelengths,
+    (p, t): (Vec3, f32),
+    record: &mut PixelRecord,
+) {
+    let albedo = kaustika_spectra::Sensor::default().rgb(albedo, lambda);
+    record.albedo = albedo.map(|v| v.clamp(0.0, 1.0));
+    record.depth = t;
+    record.position = p.into();
+}
+
+/// Features of the first vertex of an eye's subpath.
+pub fn describe_vertex(scene: &Scene, v: &Vertex, record: &mut PixelRecord) {
+    let s = &v.surface;
+    match v.medium.filter(|_| v.inside.is_some()) {
+        None => describe(scene, s, &v.bsdf, v.wo, &v.lambda, record),
+        Some(medium) => {
+            let c = scene.medium(medium).at(s.p, v.wo, &v.lambda);
+            let albedo = c.sigma_s.safe_div(c.sigma_t);
+            describe_matter(albedo, &v.lambda, (s.p, s.t), record);
+        }
+    }
 }

@@ -15,7 +15,7 @@
 use super::params::BdptParams;
 use super::pyramid::Pyramid;
 use super::weight::{Joint, Link, strategy_weight};
-use crate::features::describe;
+use crate::features::describe_vertex;
 use crate::frame::Frame;
 use crate::method::PassStats;
 use crate::path_space::{
@@ -197,7 +197,7 @@ impl<'a> Bidirectional<'a> {
         }
         for (i, z) in eye.iter().enumerate() {
             if let (0, true) = (i, features) {
-                describe(scene, &z.surface, &z.bsdf, z.wo, &z.lambda, &mut record);
+                describe_vertex(scene, z, &mut record);
             }
             if let Some(id) = z.surface.light {
                 let le = scene.light(id).le(scene, &z.surface, z.wo, &z.lambda);

@@ -4,11 +4,9 @@
 //! Slower than without layers, and other samples of the same picture.
 
 use super::integrate::Integrator;
-use crate::features::describe;
+use crate::features::describe_vertex;
 use crate::method::PassStats;
-use crate::path_space::{
-    CameraEnd, Closing, Direct, Start, Subpath, Tracks, Walker, emission_table,
-};
+use crate::path_space::{CameraEnd, Closing, Direct, Start, Subpath, Tracks, Walker};
 use kaustika_film::accumulate::{PixelBand, PixelRecord};
 use kaustika_film::path_expression::PathClasses;
 use kaustika_scene::LightSelection;
@@ -19,15 +17,18 @@ use kaustika_spectra::{Spectrum, Wavelengths};
 pub(super) struct ClassRoom<'a> {
     eye: Subpath<'a>,
     tracks: Tracks<'a>,
-    emission: LightSelection,
+    emission: &'a LightSelection,
 }
 
 impl<'a> ClassRoom<'a> {
-    /// For a picture with layers of these classes.
-    pub(super) fn new(integrator: &Integrator<'a>, classes: &'a PathClasses) -> ClassRoom<'a> {
-        let scene = integrator.scene();
-        let tracks = Tracks::new(classes, scene);
-        ClassRoom { eye: Subpath::default(), tracks, emission: emission_table(scene) }
+    /// For a picture with layers of these classes; `emission` is how lights are chosen to emit.
+    pub(super) fn new(
+        integrator: &Integrator<'a>,
+        classes: &'a PathClasses,
+        emission: &'a LightSelection,
+    ) -> ClassRoom<'a> {
+        let tracks = Tracks::new(classes, integrator.scene());
+        ClassRoom { eye: Subpath::default(), tracks, emission }
     }
 }
 
@@ -43,7 +44,8 @@ pub(super) fn trace_classes<'a>(
     for y in 0..band.height() {
         for x in 0..band.width() {
             let pixel = [region[0] + x, region[1] + band.y + y];
-            let record = integrator.sample_classes(pixel, index, room, &mut stats);
+            let features = band.wants_features();
+            let record = integrator.sample_classes(pixel, index, features, room, &mut stats);
             band.add(x, y, &record);
             band.add_paths(x, y, record.weight, 0, room.tracks.found());
         }
@@ -56,6 +58,7 @@ impl<'a> Integrator<'a> {
         &self,
         pixel: [u32; 2],
         index: u64,
+        features: bool,
         room: &mut ClassRoom<'a>,
         stats: &mut PassStats,
     ) -> PixelRecord {
@@ -113,8 +116,8 @@ impl<'a> Integrator<'a> {
             });
         }
         let mut record = PixelRecord { rgb, weight: walk.film_weight, ..PixelRecord::default() };
-        if let Some(z) = eye.first().filter(|z| z.inside.is_none()) {
-            describe(scene, &z.surface, &z.bsdf, z.wo, &z.lambda, &mut record);
+        if let Some(z) = eye.first().filter(|_| features) {
+            describe_vertex(scene, z, &mut record);
         }
         record
     }

@@ -26,7 +26,7 @@ use crate::lights;
 use crate::method::{
     Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule,
 };
-use crate::path_space::needs_lens;
+use crate::path_space::{emission_table, needs_lens};
 use crate::workers::Workers;
 use kaustika_film::accumulate::PassImage;
 use kaustika_scene::bsdf::Bsdf;
@@ -63,12 +63,14 @@ pub struct PathTracer {
     alone: bool,
     /// How lights are chosen, if that was learned.
     lights: Option<LightSelection>,
+    /// How lights are chosen to emit, if there are layers by path.
+    emission: LightSelection,
 }
 
 impl PathTracer {
     /// With these parameters.
     pub fn new(params: PathParams) -> PathTracer {
-        PathTracer { params, alone: false, lights: None }
+        PathTracer { params, alone: false, lights: None, emission: LightSelection::default() }
     }
 
     /// Paths are traced one after the other instead of side by side: slow, and the same but for
@@ -103,7 +105,12 @@ impl Method for PathTracer {
                 let message = "polarized light is not sorted by paths: leave out `--layer`";
                 return Err(RenderError::Failed(message.into()));
             }
+            if frame.bands.is_some() {
+                let message = "a spectral film keeps no layers by path: leave out `--layer`";
+                return Err(RenderError::Failed(message.into()));
+            }
             needs_lens(scene)?;
+            self.emission = emission_table(scene);
         }
         // What is learned of surfaces says nothing of points in media.
         if self.params.mis.samples_lights() && !scene.has_media() {
@@ -126,7 +133,7 @@ impl Method for PathTracer {
         // The vertices of paths through media have little in common: they go one by one.
         let alone = self.alone || scene.has_media();
         let bands = if let Some(classes) = &frame.paths {
-            let room = || ClassRoom::new(&integrator, classes);
+            let room = || ClassRoom::new(&integrator, classes, &self.emission);
             workers
                 .bands(out, rows, room, |room, band| trace_classes(&integrator, index, room, band))
         } else if self.params.polarized {

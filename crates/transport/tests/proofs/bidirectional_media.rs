@@ -3,11 +3,18 @@
 use crate::bidirectional::{SIZE, agree, means, renders};
 use crate::media::{FORMS, Form, filled, flake_grid, flakes, foggy_room, hg, medium, rgb};
 use crate::scenes::*;
+use crate::stats::same;
+use kaustika_film::FilterDesc;
+use kaustika_film::accumulate::{Feature, Layers, PassImage};
+use kaustika_film::path_expression::{PathClasses, PathLayer};
 use kaustika_sampling::estimator::RunningMean;
+use kaustika_sampling::{SamplerConfig, SamplerKind};
 use kaustika_scene::Scene;
 use kaustika_scene::description::*;
 use kaustika_spectra::{ColorMode, SpectrumDesc};
+use kaustika_transport::{Frame, Workers, registry};
 use serde_json::{Value, json};
+use std::sync::Arc;
 
 /// [`foggy_room`] seen by a picture of some pixels.
 fn fog(m: MediumDesc) -> Stage {
@@ -103,6 +110,51 @@ fn light_tracing_sees_fog() {
             let path = means(&scene, "path", p.clone(), 600, seed);
             let light = means(&scene, "light", p, 600, seed + 5);
             agree(&format!("camera {i}, {depth} bounces"), &light, &path);
+        }
+    }
+}
+
+/// The mean distance and the mean albedo of what camera paths meet first.
+fn first_met(scene: &Scene, method: &str, by_path: bool, seed: u64) -> [RunningMean; 2] {
+    let kind = SamplerKind::Independent;
+    let config = SamplerConfig { kind, seed, spp: 200, resolution: SIZE };
+    let mut frame = Frame::new(SIZE, FilterDesc::BOX, config);
+    frame.layers = Layers::new(&[Feature::Depth, Feature::Albedo]);
+    if by_path {
+        let layer = PathLayer::parse("all=C.*").expect("sound");
+        frame.keep_paths(PathClasses::new(vec![layer]).expect("one layer"));
+    }
+    let workers = Workers::new(2, Arc::default()).expect("threads");
+    let p = serde_json::Map::from_iter([("max_depth".into(), json!(2))]);
+    let mut method = (registry::find(method).expect("known").make)(&p).expect("parameters");
+    method.prepare(scene, &frame, &workers).expect("prepared");
+    let mut means = [RunningMean::new(), RunningMean::new()];
+    for index in 0..200 {
+        let mut image = PassImage::new(SIZE[0], SIZE[1], frame.layers.clone());
+        method.pass(index, scene, &frame, &mut image, &workers).expect("a pass");
+        for (mean, feature) in means.iter_mut().zip([Feature::Depth, Feature::Albedo]) {
+            let at = image.layers().offset(feature).expect("kept");
+            let pixels = image.data().chunks(image.layers().stride());
+            mean.push(pixels.map(|p| f64::from(p[at])).sum());
+        }
+    }
+    means
+}
+
+#[test]
+fn what_is_met_first_may_be_fog() {
+    for (i, form) in FORMS.into_iter().enumerate() {
+        let scene = fog(medium(form, 1.2, 0.8, hg(0.5))).build();
+        let seed = 2600 + 10 * i as u64;
+        let path = first_met(&scene, "path", false, seed);
+        let others = [("path", true), ("bdpt", false), ("vcm", false), ("vpl", false)];
+        for (k, (method, by_path)) in others.into_iter().enumerate() {
+            let met = first_met(&scene, method, by_path, seed + 1 + k as u64);
+            // Beside lamps `path` draws distances in another way in even media.
+            let first = usize::from(form == Form::Even);
+            for (k, what) in ["distance", "albedo"].into_iter().enumerate().skip(first) {
+                same(&format!("{form:?}, {method}, {what}"), &met[k], &path[k]);
+            }
         }
     }
 }

@@ -12,7 +12,7 @@
 use super::params::{Mode, VcmParams};
 use super::photons::{Photon, Photons};
 use super::recursion::{Carried, Weights};
-use crate::features::describe;
+use crate::features::describe_vertex;
 use crate::frame::Frame;
 use crate::method::{PassStats, RenderError};
 use crate::path_space::{
@@ -41,6 +41,8 @@ pub(super) struct Estimator<'a> {
     lights: &'a LightSelection,
     emission: &'a LightSelection,
     weights: Weights,
+    /// Where rooms begin, if there are layers of classes of paths.
+    tracks: Option<Tracks<'a>>,
     index: u64,
     radius: f32,
     max_depth: usize,
@@ -115,6 +117,7 @@ impl<'a> Estimator<'a> {
             lights: lights.0,
             emission: lights.1,
             weights: Weights::new(power, radius, count, light_paths, connects, merges),
+            tracks: frame.paths.as_ref().map(|classes| Tracks::new(classes, scene)),
             index,
             radius,
             max_depth: params.max_bounces() as usize,
@@ -125,8 +128,7 @@ impl<'a> Estimator<'a> {
     }
 
     pub(super) fn room(&self) -> Room<'a> {
-        let tracks = self.frame.paths.as_ref().map(|classes| Tracks::new(classes, self.scene));
-        Room { tracks, ..Room::default() }
+        Room { tracks: self.tracks.clone(), ..Room::default() }
     }
 
     /// All vertices of light paths that can be merged.
@@ -246,7 +248,7 @@ impl<'a> Estimator<'a> {
         }
         for (i, (z, c)) in eye.iter().zip(&*of_eye).enumerate() {
             if let (0, true) = (i, features) {
-                describe(scene, &z.surface, &z.bsdf, z.wo, &z.lambda, &mut record);
+                describe_vertex(scene, z, &mut record);
             }
             if let Some(id) = z.surface.light {
                 let le = scene.light(id).le(scene, &z.surface, z.wo, &z.lambda);

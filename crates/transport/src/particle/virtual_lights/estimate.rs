@@ -16,7 +16,7 @@
 //! them, as no connection makes that.
 
 use super::params::VplParams;
-use crate::features::describe;
+use crate::features::describe_vertex;
 use crate::frame::Frame;
 use crate::method::PassStats;
 use crate::path_space::{
@@ -158,8 +158,8 @@ impl<'a> Estimator<'a> {
 
         let mut found = Found { frame, rgb: [0.0; 3], tracks };
         let mut record = PixelRecord::default();
-        if let Some(z) = eye.first().filter(|z| features && z.inside.is_none()) {
-            describe(scene, &z.surface, &z.bsdf, z.wo, &z.lambda, &mut record);
+        if let Some(z) = eye.first().filter(|_| features) {
+            describe_vertex(scene, z, &mut record);
         }
         // W of the ray that leads to each vertex, and after the last.
         let mut w = 1.0;

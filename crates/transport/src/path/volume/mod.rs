@@ -26,7 +26,7 @@ use self::tracking::Travel;
 use super::integrate::{Integrator, MAX_PASSAGES};
 use super::walk::{Previous, Walk};
 use crate::extinction::{Shares, Stream};
-use crate::features::describe;
+use crate::features::{describe, describe_matter};
 use crate::method::PassStats;
 use crate::roulette::WalkState;
 use kaustika_film::accumulate::PixelRecord;
@@ -35,7 +35,7 @@ use kaustika_sampling::Sampler;
 use kaustika_scene::bsdf::{Bsdf, BsdfSample, Lobes, Mode};
 use kaustika_scene::description::{MediumId, SourceFormat};
 use kaustika_scene::{Hit, Segment, Surface};
-use kaustika_spectra::{Sensor, Spectrum};
+use kaustika_spectra::Spectrum;
 
 /// What a path through media keeps besides its [`Walk`].
 struct Flight<'a> {
@@ -202,10 +202,7 @@ impl<'a> Integrator<'a> {
         let phase = &scene.medium(at.medium).phase;
         walk.footprint += walk.spread * at.t;
         if let (Some(record), 0) = (record, walk.depth) {
-            let albedo = Sensor::default().rgb(at.albedo, &walk.lambda);
-            record.albedo = albedo.map(|v| v.clamp(0.0, 1.0));
-            record.depth = at.t;
-            record.position = p.into();
+            describe_matter(at.albedo, &walk.lambda, (p, at.t), record);
         }
         if walk.depth >= self.max_depth {
             return false;

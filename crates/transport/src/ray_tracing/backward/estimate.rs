@@ -16,7 +16,7 @@
 
 use super::maps::{Light, Maps};
 use super::params::BackwardParams;
-use crate::features::describe;
+use crate::features::describe_vertex;
 use crate::frame::Frame;
 use crate::method::{PassStats, RenderError};
 use crate::path_space::{CameraEnd, Direct, LightEnd, OfPass, Subpath, Vertex, Walker};
@@ -200,7 +200,7 @@ impl<'a> Estimator<'a> {
         };
         for (i, z) in eye.iter().enumerate() {
             if let (0, true) = (i, features) {
-                describe(scene, &z.surface, &z.bsdf, z.wo, &z.lambda, &mut record);
+                describe_vertex(scene, z, &mut record);
             }
             if let (true, Some((l, _))) = (self.shows(i), self.direct.met(eye, i)) {
                 add(l, &z.lambda, stats);
