@@ -8,6 +8,7 @@ pub mod bidirectional;
 pub mod extinction;
 pub mod features;
 pub mod frame;
+pub mod guiding;
 pub mod lights;
 pub mod method;
 pub mod nearest;
