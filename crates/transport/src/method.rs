@@ -73,10 +73,13 @@ impl AddAssign for PassStats {
 }
 
 /// What a pass is to the image.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum CommitKind {
     /// One more estimate: averaged.
     Average,
+    /// One that counts as so many, above 0. What earlier passes were like may say how many, but
+    /// not this one: its weight would know its errors.
+    Weighted(f32),
     /// A better image: replaces what was.
     Replace,
     /// Nothing to see yet.

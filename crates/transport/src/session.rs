@@ -157,6 +157,9 @@ impl<'a> Session<'a> {
                     outcome.stats += commit.stats;
                     let joined = match commit.kind {
                         CommitKind::Average => workers.install(|| self.tree.push(pass, image)),
+                        CommitKind::Weighted(weight) => {
+                            workers.install(|| self.tree.push_weighted(pass, image, weight))
+                        }
                         CommitKind::Replace | CommitKind::TrainingOnly => {
                             return Err(RenderError::Failed(
                                 "this session only averages passes".into(),

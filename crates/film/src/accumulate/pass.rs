@@ -51,6 +51,14 @@ impl PassImage {
         self.data
     }
 
+    /// Weighs all numbers but those that name something.
+    pub(super) fn scale(&mut self, weight: f32, ids: &[bool]) {
+        for pixel in self.data.chunks_exact_mut(self.layers.stride()) {
+            let numbers = pixel.iter_mut().zip(ids).filter(|(_, names)| !**names);
+            numbers.for_each(|(v, _)| *v *= weight);
+        }
+    }
+
     /// Cuts the image into bands of `rows` rows that can be filled at the same time.
     pub fn bands(&mut self, rows: u32) -> Vec<PixelBand<'_>> {
         let stride = self.layers.stride();

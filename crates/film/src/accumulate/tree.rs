@@ -6,8 +6,10 @@
 //! combined by Chan, Golub & LeVeque 1983:
 //!
 //! ```text
-//! M2 = M2ₐ + M2_b + (mean_b - meanₐ)² nₐ n_b / (nₐ + n_b)                         (1)
+//! M2 = M2ₐ + M2_b + (mean_b - meanₐ)² wₐ w_b / (wₐ + w_b)                         (1)
 //! ```
+//!
+//! w is the number of passes, or the sum of their weights where a method weighs them.
 
 use super::{Layers, PassImage};
 use rayon::prelude::*;
@@ -20,6 +22,8 @@ pub struct Node {
     pub start: u64,
     /// log2 of the number of passes.
     pub level: u32,
+    /// Sum of the passes' weights.
+    pub weight: f32,
     /// Sums of all numbers of all pixels.
     pub sum: Vec<f32>,
     /// M2 of weighted r, g, b of all pixels.
@@ -166,15 +170,28 @@ impl PassTree {
 
     /// Adds a pass. Its image must have this tree's size and layers.
     pub fn push(&mut self, pass: u64, image: PassImage) -> Result<(), MergeError> {
+        self.push_weighted(pass, image, 1.0)
+    }
+
+    /// As [`PassTree::push`], of a pass that counts as `weight` passes, above 0.
+    pub fn push_weighted(
+        &mut self,
+        pass: u64,
+        mut image: PassImage,
+        weight: f32,
+    ) -> Result<(), MergeError> {
         if (image.width(), image.height()) != (self.width, self.height)
             || image.layers() != &self.layers
         {
             return Err(MergeError::Layout);
         }
+        if weight != 1.0 {
+            image.scale(weight, &ids(&self.layers));
+        }
         let mut m2 = self.spare.m2s.pop().unwrap_or_default();
         m2.clear();
         m2.resize(3 * self.width as usize * self.height as usize, 0.0);
-        self.nodes.push(Node { start: pass, level: 0, sum: image.into_data(), m2 });
+        self.nodes.push(Node { start: pass, level: 0, weight, sum: image.into_data(), m2 });
         self.tidy()
     }
 
@@ -215,6 +232,7 @@ impl PassTree {
         let first = nodes.next()?;
         let mut total = Total {
             passes: 1 << first.level,
+            weight: first.weight,
             sum: first.sum.clone(),
             m2: first.m2.clone(),
             layers: self.layers.clone(),
@@ -225,11 +243,12 @@ impl PassTree {
             let stride = PIXELS * self.layers.stride();
             let parts = total.sum.par_chunks_mut(stride).zip(total.m2.par_chunks_mut(PIXELS * 3));
             let others = n.sum.par_chunks(stride).zip(n.m2.par_chunks(PIXELS * 3));
-            let passes = total.passes;
+            let weight = total.weight;
             parts.zip(others).for_each(|((sum, m2), other)| {
-                add(&mut Part { sum, m2 }, passes, other, count, &ids);
+                add(&mut Part { sum, m2 }, weight, other, n.weight, &ids);
             });
             total.passes += count;
+            total.weight += n.weight;
         }
         Some(total)
     }
@@ -240,6 +259,8 @@ impl PassTree {
 pub struct Total {
     /// How many.
     pub passes: u64,
+    /// Sum of their weights.
+    weight: f32,
     sum: Vec<f32>,
     m2: Vec<f32>,
     layers: Layers,
@@ -266,17 +287,19 @@ impl Total {
         self.sum[i * self.layers.stride() + offset]
     }
 
-    /// Variance of one pass's colour at pixel `i`; zero for fewer than two passes.
+    /// Variance of one pass's colour at pixel `i`, or of one of the passes' mean weight; zero for
+    /// fewer than two passes.
     #[inline]
     pub fn variance(&self, i: usize) -> [f32; 3] {
         let n = self.passes.max(2) as f32;
-        std::array::from_fn(|c| self.m2[3 * i + c] / (n - 1.0))
+        let mean_weight = self.weight / self.passes as f32;
+        std::array::from_fn(|c| self.m2[3 * i + c] / ((n - 1.0) * mean_weight))
     }
 
-    /// Σ of the filter weights, or the number of passes where nothing carries a weight.
+    /// Σ of the filter weights, or of the passes' weights where nothing carries one.
     fn weight(&self, i: usize) -> f32 {
         let w = self.sum[i * self.layers.stride() + 3];
-        if w == 0.0 { self.passes as f32 } else { w }
+        if w == 0.0 { self.weight } else { w }
     }
 }
 
@@ -300,7 +323,7 @@ fn chain_at_end(nodes: &[Node]) -> usize {
 /// for some pixels before the next ones, so that what is between the ends stays in the cache.
 fn join(chain: &mut [Node], layers: &Layers) {
     let pixels = chain.first().map_or(0, |n| n.m2.len() / 3);
-    let last = chain.last().map_or(0, |n| n.level);
+    let weights: Vec<f32> = chain.iter().map(|n| n.weight).collect();
     let mut columns: Vec<Vec<Part>> = Vec::new();
     columns.resize_with(pixels.div_ceil(PIXELS), Vec::new);
     for node in chain.iter_mut() {
@@ -312,14 +335,16 @@ fn join(chain: &mut [Node], layers: &Layers) {
     }
     let ids = ids(layers);
     columns.into_par_iter().for_each(|mut column| {
-        let mut count = 1u64 << last;
+        let mut weights = weights.clone();
         let Some(mut right) = column.pop() else { return };
-        while let Some(mut left) = column.pop() {
-            add(&mut left, count, (&*right.sum, &*right.m2), count, &ids);
-            count *= 2;
+        let mut of_right = weights.pop().unwrap_or_default();
+        while let (Some(mut left), Some(weight)) = (column.pop(), weights.pop()) {
+            add(&mut left, weight, (&*right.sum, &*right.m2), of_right, &ids);
+            of_right += weight;
             right = left;
         }
     });
+    chain[0].weight = weights.iter().rev().copied().reduce(|a, b| a + b).unwrap_or_default();
     chain[0].level += 1;
 }
 
@@ -343,9 +368,8 @@ fn ids(layers: &Layers) -> Vec<bool> {
     ids
 }
 
-/// a += b, of `count_a` and `count_b` passes, pixel by pixel; numbers that name something stay.
-fn add(a: &mut Part, count_a: u64, b: (&[f32], &[f32]), count_b: u64, ids: &[bool]) {
-    let (na, nb) = (count_a as f32, count_b as f32);
+/// a += b, of passes of weights `na` and `nb`, pixel by pixel; numbers that name something stay.
+fn add(a: &mut Part, na: f32, b: (&[f32], &[f32]), nb: f32, ids: &[bool]) {
     let k = na * nb / (na + nb);
     let (inv_a, inv_b) = (1.0 / na, 1.0 / nb);
     let stride = ids.len();
@@ -425,7 +449,7 @@ mod tests {
             let pairs = nodes.chunks(2).map(|pair| {
                 let [(mut sum, mut m2), (s, m)] = [pair[0].clone(), pair[1].clone()];
                 let mut left = Part { sum: &mut sum, m2: &mut m2 };
-                add(&mut left, 1 << level, (&s, &m), 1 << level, &ids);
+                add(&mut left, (1 << level) as f32, (&s, &m), (1 << level) as f32, &ids);
                 (sum, m2)
             });
             nodes = pairs.collect();
@@ -460,6 +484,33 @@ mod tests {
         assert_eq!(t.merge(tree(3..5)), Err(MergeError::Overlap(3)));
         let other = PassTree::new(4, 3, Layers::new(&[]));
         assert_eq!(tree(0..2).merge(other), Err(MergeError::Layout));
+    }
+
+    #[test]
+    fn passes_count_by_their_weights() {
+        // Weights 1 and 3 by turns: as if every second pass had come three times.
+        let weight = |p: u64| if p.is_multiple_of(2) { 1.0 } else { 3.0 };
+        let layers = Layers::new(&[Feature::Depth, Feature::ShapeId]);
+        let mut t = PassTree::new(5, 3, layers);
+        for p in 0..11 {
+            t.push_weighted(p, pass(p), weight(p)).unwrap();
+        }
+        let total = t.total().unwrap();
+        let stride = total.layers.stride();
+        for pixel in 0..15 {
+            let x = |p: u64| f64::from(pass(p).data()[pixel * stride]);
+            let w = |p: u64| f64::from(weight(p));
+            let all: f64 = (0..11).map(w).sum();
+            let mean = (0..11).map(|p| w(p) * x(p)).sum::<f64>() / all;
+            let m2 = (0..11).map(|p| w(p) * (x(p) - mean).powi(2)).sum::<f64>();
+            assert!((f64::from(total.rgb(pixel)[0]) / mean - 1.0).abs() < 1e-5);
+            let variance = m2 / 10.0 / (all / 11.0);
+            assert!((f64::from(total.variance(pixel)[0]) / variance - 1.0).abs() < 1e-4);
+            let depth = total.value(pixel, total.layers.offset(Feature::Depth).unwrap());
+            assert!((f64::from(depth) / mean - 1.0).abs() < 1e-5);
+            let shape = total.layers.offset(Feature::ShapeId).unwrap();
+            assert_eq!(total.id(pixel, shape), pass(0).data()[pixel * stride + shape]);
+        }
     }
 
     #[test]

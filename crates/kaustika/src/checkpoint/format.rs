@@ -21,15 +21,15 @@ use std::io::{self, Read, Write};
 use super::Checkpoint;
 
 const MAGIC: &[u8; 8] = b"KAUSTCKP";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// Fast; noise does not compress well at any level.
 const LEVEL: Compression = Compression::fast();
 
 #[derive(Serialize, Deserialize)]
 struct Header {
     record: Record,
-    /// First pass and level of each node, in the order of the payload.
-    nodes: Vec<(u64, u32)>,
+    /// First pass, level and weight of each node, in the order of the payload.
+    nodes: Vec<(u64, u32, f32)>,
     method_state_bytes: u64,
     seconds: f64,
 }
@@ -42,7 +42,7 @@ pub(super) fn encode(
 ) -> io::Result<Vec<u8>> {
     let header = Header {
         record: record.clone(),
-        nodes: tree.nodes().iter().map(|n| (n.start, n.level)).collect(),
+        nodes: tree.nodes().iter().map(|n| (n.start, n.level, n.weight)).collect(),
         method_state_bytes: method_state.len() as u64,
         seconds,
     };
@@ -93,13 +93,16 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Checkpoint, String> {
     let layers = layers.with_bands(header.record.bands.len());
     let pixels = width as usize * height as usize;
     let mut nodes = Vec::new();
-    for (start, level) in header.nodes {
+    for (start, level, weight) in header.nodes {
         if level > 62 || start.checked_add(1 << level).is_none() {
             return Err("its passes are numbered impossibly".into());
         }
+        if !(weight > 0.0 && weight.is_finite()) {
+            return Err("its passes are weighed impossibly".into());
+        }
         let sum = read_floats(&mut payload, pixels * layers.stride()).map_err(broken)?;
         let m2 = read_floats(&mut payload, pixels * 3).map_err(broken)?;
-        nodes.push(Node { start, level, sum, m2 });
+        nodes.push(Node { start, level, weight, sum, m2 });
     }
     let tree = PassTree::from_nodes(width, height, layers, nodes).map_err(|e| e.to_string())?;
     let mut method_state = Vec::new();
