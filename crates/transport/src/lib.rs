@@ -18,7 +18,9 @@ pub mod path_space;
 pub mod ray_tracing;
 pub mod registry;
 pub mod roulette;
+mod saved;
 pub mod session;
+pub mod trees;
 pub mod workers;
 
 pub use frame::Frame;

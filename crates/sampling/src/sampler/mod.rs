@@ -174,20 +174,35 @@ impl<'a> Sampler<'a> {
     /// one and of other branches, stratified over sample indices as this one is. A chain has no
     /// branches: its fork continues to draw from the same state.
     pub fn fork(&mut self, branch: u64) -> Sampler<'_> {
-        let salt = crate::hash::combine(u64::from(self.dimension), branch);
-        Sampler {
-            // Not 0: a Halton fork that took the parent's first bases again would only rotate
-            // what the parent drew.
-            dimension: self.dimension,
-            source: match &mut self.source {
-                Source::Independent(s) => Source::Independent(s.fork(salt)),
-                Source::Stratified(s) => Source::Stratified(s.fork(salt)),
-                Source::Halton(s) => Source::Halton(s.fork(salt)),
-                Source::Sobol(s) => Source::Sobol(s.fork(salt)),
-                Source::ZSobol(s) => Source::ZSobol(s.fork(salt)),
-                Source::Pmj02(s) => Source::Pmj02(s.fork(salt)),
-                Source::Primary(s) => Source::Primary(&mut **s),
-            },
+        let (dimension, branch) = (self.dimension, self.branch(branch));
+        match &mut self.source {
+            Source::Primary(s) => Sampler { dimension, source: Source::Primary(&mut **s) },
+            _ => branch.expect("all but chains have branches"),
         }
+    }
+
+    /// True for a Markov chain's state, which has no branches.
+    pub fn is_chain(&self) -> bool {
+        matches!(self.source, Source::Primary(_))
+    }
+
+    /// As [`Sampler::fork`], not bound to this one; `None` for a chain.
+    pub fn branch<'b>(&self, branch: u64) -> Option<Sampler<'b>>
+    where
+        'a: 'b,
+    {
+        let salt = crate::hash::combine(u64::from(self.dimension), branch);
+        let source = match &self.source {
+            Source::Independent(s) => Source::Independent(s.fork(salt)),
+            Source::Stratified(s) => Source::Stratified(s.fork(salt)),
+            Source::Halton(s) => Source::Halton(s.fork(salt)),
+            Source::Sobol(s) => Source::Sobol(s.fork(salt)),
+            Source::ZSobol(s) => Source::ZSobol(s.fork(salt)),
+            Source::Pmj02(s) => Source::Pmj02(s.fork(salt)),
+            Source::Primary(_) => return None,
+        };
+        // Not from 0: a Halton branch that took the parent's first bases again would only rotate
+        // what the parent drew.
+        Some(Sampler { dimension: self.dimension, source })
     }
 }

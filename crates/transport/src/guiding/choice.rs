@@ -10,6 +10,7 @@
 //! stays possible.
 
 use super::{LightRecord, LocalDirections};
+use crate::saved::saved;
 use kaustika_math::{ONE_MINUS_EPSILON, Vec2, Vec3};
 use kaustika_scene::bsdf::{Bsdf, BsdfSample, Lobes, Mode};
 
@@ -22,6 +23,8 @@ pub struct Choice {
     square: f32,
     steps: f32,
 }
+
+saved!(Choice { theta, mean, square, steps });
 
 /// Bounds of α.
 const LEAST: f32 = 0.1;

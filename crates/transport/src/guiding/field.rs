@@ -3,7 +3,9 @@
 use super::choice::{Choice, Guide};
 use super::space::SpaceTree;
 use super::{Directions, LightRecord};
+use crate::saved::saved;
 use kaustika_math::Vec3;
+use rayon::prelude::*;
 
 /// Incident radiance as learned: a [`Directions`] and a [`Choice`] in each cell of space.
 #[derive(Clone, Debug, Default)]
@@ -18,6 +20,9 @@ struct Cell<D> {
     directions: D,
     choice: Choice,
 }
+
+saved!(Field<D> { tree, records });
+saved!(Cell<D> { directions, choice });
 
 impl<D: Directions> Field<D> {
     /// The guide at `p`; `None` where nothing is known.
@@ -40,11 +45,10 @@ impl<D: Directions> Field<D> {
         let Some(most) = end else { return };
         // Refined before they are divided: children then begin with the parent's knowledge, and
         // learn on its structure.
-        use rayon::prelude::*;
         self.tree.cells_mut().par_iter_mut().for_each(|cell| cell.directions.refine());
         if !records.is_empty() {
             let times = self.records as f64 / records.len() as f64;
-            self.tree.divide(&mut grouped, times, most);
+            self.tree.divide(&mut grouped, (times, most), |cell| cell.directions.halve());
         }
         self.records = 0;
     }

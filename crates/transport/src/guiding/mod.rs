@@ -17,6 +17,7 @@
 
 mod choice;
 mod field;
+pub mod octahedron;
 mod quadtree;
 mod space;
 #[cfg(test)]
@@ -69,6 +70,10 @@ pub trait Directions: Clone + Default + Send + Sync {
 
     /// Takes over what was learned.
     fn refine(&mut self);
+
+    /// Its cell is divided in two, and this is to be the distribution of either: what it counts
+    /// was seen by both together.
+    fn halve(&mut self) {}
 }
 
 /// Incident radiance at a point.

@@ -1,14 +1,19 @@
 //! A distribution of directions as a quadtree over the sphere (Müller, Gross & Novák 2017, sec. 3.2).
 //!
-//! The sphere is laid out on the unit square by a map that keeps areas, so that a density on the
-//! square over 4π is one per solid angle. A quadrant that holds more than a hundredth of all
-//! energy is divided. Two trees are kept: one that answers, and one that learns, divided as the
-//! records before it asked.
+//! ```text
+//! p(ω) = d(x, y) / (4 s³),   s = |ωₓ| + |ω_y| + |ω_z|                                       (1)
+//! ```
+//!
+//! The sphere is laid out on the unit square as an octahedron unfolded, for which (1) makes a
+//! density d on the square one per solid angle, without a transcendental function (the paper's
+//! cylinder keeps areas, and needs two). A quadrant that holds more than a hundredth of all energy
+//! is divided. Two trees are kept: one that answers, and one that learns, divided as the records
+//! before it asked.
 
+use super::octahedron;
 use super::{Directions, LightRecord, LocalDirections};
-use kaustika_math::warp::{equal_area_sphere_to_square, equal_area_square_to_sphere};
+use crate::saved::saved;
 use kaustika_math::{ONE_MINUS_EPSILON, Vec2, Vec3};
-use std::f32::consts::PI;
 
 /// Share of all energy above which a quadrant is divided (ρ of the paper).
 const SHARE: f32 = 0.01;
@@ -36,6 +41,10 @@ struct Node {
     /// 0: the quadrant is a leaf.
     child: [u32; 4],
 }
+
+saved!(Quadtree { known, learning });
+saved!(Tree { nodes, records });
+saved!(Node { energy, child });
 
 impl Node {
     fn total(&self) -> f32 {
@@ -65,7 +74,7 @@ impl Tree {
     }
 
     fn add(&mut self, w: Vec3, energy: f32) {
-        let mut p = equal_area_sphere_to_square(w);
+        let mut p = octahedron::to_square(w);
         let mut at = 0;
         loop {
             let q = Tree::descend(&mut p);
@@ -191,11 +200,12 @@ impl Directions for Quadtree {
 impl LocalDirections for &Quadtree {
     fn sample(&self, u: Vec2) -> (Vec3, f32) {
         let (p, density) = self.known.sample(u);
-        (equal_area_square_to_sphere(p), density / (4.0 * PI))
+        let w = octahedron::from_square(p);
+        (w, density * octahedron::density(w)) // (1)
     }
 
     fn pdf(&self, w: Vec3) -> f32 {
-        self.known.density(equal_area_sphere_to_square(w)) / (4.0 * PI)
+        self.known.density(octahedron::to_square(w)) * octahedron::density(w) // (1)
     }
 
     fn radiance(&self, w: Vec3) -> f32 {
@@ -207,7 +217,7 @@ impl LocalDirections for &Quadtree {
         let mut sum = 0.0;
         self.known.leaves(|corner, size, energy| {
             // The cosine's mean by four points of the leaf.
-            let at = |x, y| equal_area_square_to_sphere(corner + Vec2::new(x, y) * size);
+            let at = |x, y| octahedron::from_square(corner + Vec2::new(x, y) * size);
             let cos = [at(0.25, 0.25), at(0.75, 0.25), at(0.25, 0.75), at(0.75, 0.75)];
             sum += energy * cos.map(|w| w.dot(n).max(0.0)).iter().sum::<f32>() * 0.25;
         });

@@ -3,6 +3,7 @@
 //! A cell that has seen more than a given number of records is divided at their mean, across the
 //! axis along which they are spread most; so cells are small where paths are many.
 
+use crate::saved::saved;
 use kaustika_math::Vec3;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -28,6 +29,9 @@ struct Node {
     /// The first of two children that stand side by side; of a leaf its cell.
     first: u32,
 }
+
+saved!(SpaceTree<C> { nodes, cells });
+saved!(Node { split, axis, first });
 
 const LEAF: u32 = 3;
 /// Cells at most.
@@ -113,21 +117,31 @@ impl<C> SpaceTree<C> {
     }
 
     /// Divides cells until each has at most `most` records, if all are counted `times` times:
-    /// `grouped` may be a sample of all. A new cell begins with what its parent was.
-    pub fn divide<R: Placed>(&mut self, grouped: &mut Grouped<R>, times: f64, most: f64)
-    where
+    /// `grouped` may be a sample of all. Two new cells begin with what their parent was, and are
+    /// told so by `half`, for what it counted.
+    pub fn divide<R: Placed>(
+        &mut self,
+        grouped: &mut Grouped<R>,
+        (times, most): (f64, f64),
+        half: impl Fn(&mut C) + Copy,
+    ) where
         C: Clone,
     {
         for node in 0..self.nodes.len() {
             if self.nodes[node].axis == LEAF {
                 let range = grouped.ranges[self.nodes[node].first as usize].clone();
-                self.divide_leaf(node, &mut grouped.records[range], times, most);
+                self.divide_leaf(node, &mut grouped.records[range], (times, most), half);
             }
         }
     }
 
-    fn divide_leaf<R: Placed>(&mut self, node: usize, records: &mut [R], times: f64, most: f64)
-    where
+    fn divide_leaf<R: Placed>(
+        &mut self,
+        node: usize,
+        records: &mut [R],
+        (times, most): (f64, f64),
+        half: impl Fn(&mut C) + Copy,
+    ) where
         C: Clone,
     {
         if records.len() as f64 * times <= most || self.cells.len() >= MOST_CELLS {
@@ -148,10 +162,11 @@ impl<C> SpaceTree<C> {
         self.nodes[node] = Node { split, axis: widest as u32, first };
         self.nodes.push(Node { split: 0.0, axis: LEAF, first: cell });
         self.nodes.push(Node { split: 0.0, axis: LEAF, first: self.cells.len() as u32 });
+        half(&mut self.cells[cell as usize]);
         self.cells.push(self.cells[cell as usize].clone());
         let (below, above) = records.split_at_mut(middle);
-        self.divide_leaf(first as usize, below, times, most);
-        self.divide_leaf(first as usize + 1, above, times, most);
+        self.divide_leaf(first as usize, below, (times, most), half);
+        self.divide_leaf(first as usize + 1, above, (times, most), half);
     }
 }
 
@@ -194,7 +209,7 @@ mod tests {
         let places = places(20_000);
         let mut tree = SpaceTree::<u32>::default();
         let mut grouped = tree.group(&places);
-        tree.divide(&mut grouped, 2.0, 1000.0);
+        tree.divide(&mut grouped, (2.0, 1000.0), |_| ());
         assert!(tree.cells().len() > 40);
         let grouped = tree.group(&places);
         tree.teach(&grouped, |cell, of_cell| *cell = of_cell.len() as u32);
@@ -207,7 +222,7 @@ mod tests {
         let places = places(3000);
         let mut tree = SpaceTree::<Vec<u32>>::default();
         let mut grouped = tree.group(&places);
-        tree.divide(&mut grouped, 1.0, 200.0);
+        tree.divide(&mut grouped, (1.0, 200.0), |_| ());
         let grouped = tree.group(&places);
         tree.teach(&grouped, |cell, records| cell.extend(records.iter().map(|r| r.1)));
         for here in &places {
@@ -221,7 +236,7 @@ mod tests {
         let mut tree = SpaceTree::<u32>::default();
         let same = vec![Here(Vec3::Z, 0); 500];
         let mut grouped = tree.group(&same);
-        tree.divide(&mut grouped, 1.0, 10.0);
+        tree.divide(&mut grouped, (1.0, 10.0), |_| ());
         assert_eq!(tree.cells().len(), 1);
     }
 }

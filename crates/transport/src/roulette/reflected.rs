@@ -1,0 +1,204 @@
+//! What is expected to be reflected back along a path that arrives somewhere: the adjoint of
+//! roulette and splitting.
+//!
+//! Space is divided into cells, each with sixteen bins of directions over the sphere (Rath et al.
+//! 2022 use an octree). Bins keep mean, second moment and cost of one continuation, from
+//! estimates of paths that arrived there. Light is kept over the surface's albedo, so that what
+//! is learned on one part of a picture on a wall serves for all of it:
+//!
+//! ```text
+//! L(y, ωₒ) ≈ ρ(y, ωₒ) ⟨L/ρ⟩                                                               (1)
+//! ```
+//!
+//! On matte surfaces this is irradiance times albedo over π (Vorba & Křivánek 2016, sec. 5.1).
+
+use crate::guiding::{Placed, SpaceTree, octahedron};
+use crate::saved::saved;
+use kaustika_math::Vec3;
+
+/// What one continuation of a path is expected to bring.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Expected {
+    /// Mean L.
+    pub mean: f32,
+    /// Mean of its square.
+    pub moment: f32,
+    /// Cost, in rays.
+    pub cost: f32,
+}
+
+/// What a path that arrived somewhere was found to be worth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ReflectedRecord {
+    /// Where.
+    pub p: Vec3,
+    /// Direction that it came from, unit, away from the surface.
+    pub wo: Vec3,
+    /// Albedo there.
+    pub albedo: f32,
+    /// Estimate of the reflected light: the sum over the copies, over q.
+    pub mean: f32,
+    /// The sum of their squares over q.
+    pub moment: f32,
+    /// The sum of their costs over q.
+    pub cost: f32,
+}
+
+impl Placed for ReflectedRecord {
+    fn place(&self) -> Vec3 {
+        self.p
+    }
+}
+
+/// The cache.
+#[derive(Clone, Debug, Default)]
+pub struct Reflected {
+    tree: SpaceTree<Cell>,
+    /// Records taken in since cells were divided last.
+    records: u64,
+}
+
+#[derive(Clone, Debug, Default)]
+struct Cell {
+    bins: [Bin; BINS],
+    all: Bin,
+    /// As they are asked.
+    known: [Option<Expected>; BINS],
+}
+
+/// Sums over records.
+#[derive(Clone, Copy, Debug, Default)]
+struct Bin {
+    count: f32,
+    mean: f32,
+    moment: f32,
+    cost: f32,
+}
+
+saved!(Reflected { tree, records });
+saved!(Cell { bins, all, known });
+saved!(Bin { count, mean, moment, cost });
+saved!(Expected { mean, moment, cost });
+
+/// Bins along either side of the square of directions.
+const SIDE: usize = 4;
+const BINS: usize = SIDE * SIDE;
+/// Records that a bin, and a cell, must have seen to be asked.
+const ENOUGH: f32 = 32.0;
+/// Relative standard error of the mean up to which it is believed (Vorba & Křivánek 2016).
+const BELIEVED: f32 = 0.3;
+/// Albedo below which a surface counts as this dark.
+const DARK: f32 = 0.01;
+/// What is left of earlier sums when an iteration ends: they were made with other factors.
+const KEPT: f32 = 0.25;
+
+impl Bin {
+    fn add(&mut self, r: &ReflectedRecord) {
+        let albedo = r.albedo.max(DARK);
+        let (mean, moment) = (r.mean / albedo, r.moment / (albedo * albedo));
+        if mean.is_finite() && moment.is_finite() {
+            self.count += 1.0;
+            self.mean += mean;
+            self.moment += moment;
+            self.cost += r.cost;
+        }
+    }
+
+    fn scale(&mut self, k: f32) {
+        for x in [&mut self.count, &mut self.mean, &mut self.moment, &mut self.cost] {
+            *x *= k;
+        }
+    }
+
+    fn expected(&self) -> Option<Expected> {
+        if self.count < ENOUGH {
+            return None;
+        }
+        let [mean, moment, cost] = [self.mean, self.moment, self.cost].map(|s| s / self.count);
+        let variance = (moment - mean * mean).max(0.0);
+        let believed = (variance / self.count).sqrt() <= BELIEVED * mean;
+        believed.then_some(Expected { mean, moment, cost })
+    }
+}
+
+impl Cell {
+    fn scale(&mut self, k: f32) {
+        self.bins.iter_mut().chain([&mut self.all]).for_each(|bin| bin.scale(k));
+    }
+}
+
+fn bin(w: Vec3) -> usize {
+    let p = octahedron::to_square(w);
+    let k = |x: f32| ((x * SIDE as f32) as usize).min(SIDE - 1);
+    k(p.x) + SIDE * k(p.y)
+}
+
+impl Reflected {
+    /// What is known of light from `p` toward `wo`, where the albedo is `albedo`; `None` if that is
+    /// not enough.
+    #[inline]
+    pub fn expected(&self, p: Vec3, wo: Vec3, albedo: f32) -> Option<Expected> {
+        let e = self.tree.cell(p).known[bin(wo)]?;
+        let rho = albedo.max(DARK);
+        Some(Expected { mean: e.mean * rho, moment: e.moment * rho * rho, cost: e.cost })
+    }
+
+    /// Takes in the records of a pass. At the end of an iteration what was learned becomes what
+    /// [`Reflected::expected`] says, and cells with more than `most` records are divided.
+    pub fn learn(&mut self, records: &[ReflectedRecord], end: Option<f64>) {
+        let mut grouped = self.tree.group(records);
+        self.records += records.len() as u64;
+        self.tree.teach(&grouped, |cell, records| {
+            for r in records {
+                cell.bins[bin(r.wo)].add(r);
+                cell.all.add(r);
+            }
+        });
+        let Some(most) = end else { return };
+        for cell in self.tree.cells_mut() {
+            let all = cell.all.expected();
+            cell.known = cell.bins.map(|bin| bin.expected().or(all));
+            cell.scale(KEPT);
+        }
+        if !records.is_empty() {
+            let times = self.records as f64 / records.len() as f64;
+            self.tree.divide(&mut grouped, (times, most), |cell| cell.scale(0.5));
+        }
+        self.records = 0;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kaustika_math::{Vec2, mix_bits, warp};
+
+    #[test]
+    fn light_is_known_by_place_direction_and_albedo() {
+        let number = |i: u64, k: u64| (mix_bits(8 * i + k) >> 40) as f32 / (1u32 << 24) as f32;
+        let mut cache = Reflected::default();
+        let irradiance = |p: Vec3| if p.x > 0.5 { 8.0 } else { 1.0 };
+        for pass in 0..6u64 {
+            let record = |i: u64| {
+                let i = pass * 40_000 + i;
+                let p = Vec3::new(number(i, 0), number(i, 1), 0.0);
+                let w = warp::uniform_hemisphere(Vec2::new(number(i, 2), number(i, 3)));
+                let albedo = 0.1 + 0.8 * number(i, 4);
+                let copies = 2.0 * number(i, 5);
+                let mean = albedo * irradiance(p) * copies;
+                ReflectedRecord { p, wo: w, albedo, mean, moment: mean * mean, cost: 3.0 }
+            };
+            let records: Vec<_> = (0..40_000).map(record).collect();
+            cache.learn(&records, Some(2000.0));
+        }
+        for (x, light) in [(0.1, 1.0), (0.9, 8.0)] {
+            let e = cache.expected(Vec3::new(x, 0.5, 0.0), Vec3::Z, 0.5).expect("known");
+            assert!((e.mean / (0.5 * light) - 1.0).abs() < 0.1, "{e:?}");
+            // ∫ (2u)² du = 4/3.
+            assert!((e.moment / (0.25 * light * light) - 4.0 / 3.0).abs() < 0.2, "{e:?}");
+            assert!((e.cost - 3.0).abs() < 1e-4);
+        }
+        // Nothing was learned of light downward.
+        assert!(Reflected::default().expected(Vec3::ZERO, Vec3::Z, 0.5).is_none());
+    }
+}
