@@ -4,7 +4,8 @@ use crate::bidirectional::{self, Bdpt, Vcm};
 use crate::method::{Method, MethodInfo};
 use crate::particle::photon_map::{self, PhotonMapper};
 use crate::particle::{self, LightTracer, Vpl};
-use crate::path::{self, PathTracer};
+use crate::path;
+use crate::path::guided::{self, Guided};
 use crate::ray_tracing::backward::{self, Backward};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -36,10 +37,11 @@ pub struct Parameter {
 
 /// Every method.
 pub static ALL: &[Entry] = &[
+    Entry { info: &path::INFO, parameters: path::parameters, make: |p| path::make(parse(p)?) },
     Entry {
-        info: &path::INFO,
-        parameters: path::parameters,
-        make: |p| Ok(Box::new(PathTracer::new(parse(p)?))),
+        info: &guided::INFO,
+        parameters: guided::parameters,
+        make: |p| Ok(Box::new(Guided::new(parse(p)?))),
     },
     Entry {
         info: &particle::LIGHT_INFO,

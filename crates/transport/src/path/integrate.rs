@@ -220,7 +220,10 @@ impl<'a> Integrator<'a> {
         // Sample a light: its term of (1).
         let mut light = None;
         if self.counts(walk.depth + 1) && bsdf.lobes().has(Lobes::SMOOTH) {
-            light = self.direct(&surface, bsdf, wo, u_light, u2_light, &walk.lambda);
+            light =
+                self.direct(&surface, bsdf, wo, (u_light, u2_light), &walk.lambda, |_, pdf_b| {
+                    pdf_b
+                });
             if let Some(l) = &mut light {
                 l.radiance *= walk.beta;
                 stats.shadow_rays += 1;
@@ -319,16 +322,17 @@ impl<'a> Integrator<'a> {
         })
     }
 
-    /// The light's term of (1) at a surface, without β and V; `None` if it is zero.
+    /// The light's term of (1) at a surface, without β and V; `None` if it is zero. `density` is
+    /// that of the direction of the light, given the BSDF's.
     #[inline]
-    fn direct(
+    pub(super) fn direct(
         &self,
         surface: &Surface,
         bsdf: &Bsdf,
         wo: Vec3,
-        u: f32,
-        u2: Vec2,
+        (u, u2): (f32, Vec2),
         lambda: &Wavelengths,
+        density: impl Fn(Vec3, f32) -> f32,
     ) -> Option<LightRay> {
         let scene = self.scene;
         let choice = self.lights.sample(surface.p, surface.facing(wo), u, u2)?;
@@ -343,7 +347,7 @@ impl<'a> Integrator<'a> {
         if f.is_black() || l.le.is_black() {
             return None;
         }
-        let w = if l.delta { 1.0 } else { self.mis.light(p * l.pdf_w, pdf_b) }; // (3)
+        let w = if l.delta { 1.0 } else { self.mis.light(p * l.pdf_w, density(l.wi, pdf_b)) }; // (3)
         let segment = scene.shadow_ray(surface, l);
         (w > 0.0).then(|| LightRay { segment, radiance: f * l.le * (w / (p * l.pdf_w)) })
     }

@@ -5,6 +5,7 @@
 //! lights, which it finds by chance or, from points and directions, not at all.
 
 mod classes;
+pub mod guided;
 mod integrate;
 mod pack;
 mod params;
@@ -19,6 +20,7 @@ pub use integrate::{Integrator, PathSample};
 pub use params::{PathParams, parameters};
 
 use self::classes::{ClassRoom, trace_classes};
+use self::guided::Guided;
 use self::polarized::trace_polarized;
 use self::wave::{Wave, trace_alone};
 use crate::frame::Frame;
@@ -45,6 +47,17 @@ pub static INFO: MethodInfo = MethodInfo {
     one_spp: "one camera path a pixel",
     source: "Kajiya 1986; Veach 1997, ch. 9",
 };
+
+/// The path tracer with these parameters: with a rule that splits it grows trees.
+pub fn make(params: PathParams) -> Result<Box<dyn Method>, String> {
+    if params.roulette.survival().is_some() {
+        return Ok(Box::new(PathTracer::new(params)));
+    }
+    if params.polarized {
+        return Err("polarized paths know no rule that splits: leave out `polarized`".into());
+    }
+    Ok(Box::new(Guided::new(params.into())))
+}
 
 /// Samples of a chunk: several waves of paths.
 const CHUNK: u32 = 8192;

@@ -1,7 +1,7 @@
 //! The path tracer's parameters.
 
 use crate::registry::Parameter;
-use crate::roulette::{Roulette, Survival};
+use crate::roulette::{Roulette, Rule, Survival};
 use kaustika_sampling::MisHeuristic;
 use serde::Deserialize;
 
@@ -14,8 +14,8 @@ pub struct PathParams {
     pub max_depth: i64,
     /// No Russian roulette before more than this many bounces.
     pub rr_depth: u32,
-    /// Survival rule.
-    pub roulette: Survival,
+    /// How paths end and split.
+    pub roulette: Rule,
     /// Throughput below which the rule `throughput` plays, above 0.
     #[serde(deserialize_with = "crate::registry::positive")]
     pub rr_threshold: f32,
@@ -37,7 +37,7 @@ impl Default for PathParams {
         PathParams {
             max_depth: -1,
             rr_depth: 1,
-            roulette: Survival::Throughput,
+            roulette: Rule::Throughput,
             rr_threshold: 0.4,
             mis: MisHeuristic::default(),
             hide_emitters: false,
@@ -57,13 +57,15 @@ impl PathParams {
             .fold(u32::MAX, u32::min)
     }
 
-    /// The roulette these parameters ask for.
+    /// The roulette these parameters ask for; of rules that split, what plays where they know
+    /// nothing.
     pub fn roulette(&self) -> Roulette {
-        Roulette { survival: self.roulette, rr_depth: self.rr_depth, threshold: self.rr_threshold }
+        let survival = self.roulette.survival().unwrap_or(Survival::Throughput);
+        Roulette { survival, rr_depth: self.rr_depth, threshold: self.rr_threshold }
     }
 }
 
-fn heuristic<'de, D: serde::Deserializer<'de>>(d: D) -> Result<MisHeuristic, D::Error> {
+pub(super) fn heuristic<'de, D: serde::Deserializer<'de>>(d: D) -> Result<MisHeuristic, D::Error> {
     let name = String::deserialize(d)?;
     name.parse().map_err(|e| serde::de::Error::custom(format!("{e}")))
 }
@@ -86,7 +88,7 @@ pub fn parameters() -> Vec<Parameter> {
         p(
             "roulette",
             "throughput".into(),
-            "survival rule: none, throughput (Arvo & Kirk), albedo (Jensen)",
+            "how paths end: none, throughput (Arvo & Kirk), albedo (Jensen); and split: szirmay-kalos, adjoint (Vorba & Křivánek), efficiency (Rath et al.)",
         ),
         p(
             "rr_threshold",

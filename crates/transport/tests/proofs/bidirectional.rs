@@ -10,7 +10,7 @@ use kaustika_sampling::{SamplerConfig, SamplerKind};
 use kaustika_scene::Scene;
 use kaustika_scene::description::*;
 use kaustika_transport::bidirectional::VcmParams;
-use kaustika_transport::{Frame, Workers, registry};
+use kaustika_transport::{Frame, Method, Workers, registry};
 use serde_json::{Value, json};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -25,13 +25,22 @@ pub(crate) fn means(
     passes: u64,
     seed: u64,
 ) -> Vec<RunningMean> {
+    let entry = registry::find(method).expect("known");
+    let Value::Object(p) = p else { panic!("an object") };
+    means_of(scene, (entry.make)(&p).expect("sound parameters"), passes, seed)
+}
+
+/// As [`means`], of a method that was made.
+pub(crate) fn means_of(
+    scene: &Scene,
+    mut method: Box<dyn Method>,
+    passes: u64,
+    seed: u64,
+) -> Vec<RunningMean> {
     let config =
         SamplerConfig { kind: SamplerKind::Independent, seed, spp: passes, resolution: SIZE };
     let frame = Frame::new(SIZE, FilterDesc::BOX, config);
     let workers = Workers::new(2, Arc::new(AtomicBool::new(false))).expect("threads");
-    let entry = registry::find(method).expect("known");
-    let Value::Object(p) = p else { panic!("an object") };
-    let mut method = (entry.make)(&p).expect("sound parameters");
     method.prepare(scene, &frame, &workers).expect("prepared");
     let mut means = vec![RunningMean::new(); 5];
     for index in 0..passes {

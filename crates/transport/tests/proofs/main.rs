@@ -14,6 +14,7 @@ mod classes;
 mod cutouts;
 mod fields;
 mod furnace;
+mod guided;
 mod hair;
 mod irradiance;
 mod layers;

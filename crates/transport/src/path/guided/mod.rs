@@ -1,0 +1,274 @@
+//! Guided path tracing: paths that learn from those before them where light comes from, where to
+//! go on, and where to split.
+//!
+//! ```text
+//! p(ω) = α p_bsdf(ω) + (1 - α) p_guide(ω)        directions, see [`crate::guiding`]
+//! q = ν L/I and others                           roulette and splitting, see [`crate::roulette`]
+//! ```
+//!
+//! Passes come in iterations of 1, 2, 4, 8, ... While one runs, what earlier ones learned is
+//! frozen; at its end all it saw is taken over (Müller, Gross & Novák 2017). Every pass is an
+//! unbiased picture whatever was learned before it. Passes are averaged by weights that are one
+//! over the variance of the passes before.
+//!
+//! Trees cost more than plain paths side by side: if after some passes variance times cost is not
+//! less than it was in the first pass, which knew nothing, plain paths go on.
+//!
+//! Good where light comes from few directions: doors that stand ajar, lamps in shades, windows.
+//! What nobody has found yet, nobody can learn: caustics of small lamps want `bdpt` or `vcm`.
+
+mod field;
+mod params;
+mod pixels;
+mod trace;
+
+pub use field::FieldKind;
+pub use params::{GuidedParams, parameters};
+
+use self::field::AnyField;
+use self::pixels::Pixels;
+use self::trace::{Forest, Guides};
+use super::integrate::Integrator;
+use super::rows;
+use super::wave::Wave;
+use crate::frame::Frame;
+use crate::lights;
+use crate::method::{
+    Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule,
+};
+use crate::path::PathParams;
+use crate::roulette::efficiency::Totals;
+use crate::roulette::{Reflected, Splitting};
+use crate::saved::Saved;
+use crate::trees::Records;
+use crate::workers::Workers;
+use kaustika_film::accumulate::PassImage;
+use kaustika_math::mix_bits;
+use kaustika_sampling::hash::combine;
+use kaustika_scene::{LightSelection, Scene};
+use std::io::{self, Read, Write};
+
+/// What the guided path tracer is.
+pub static INFO: MethodInfo = MethodInfo {
+    name: "guided",
+    summary: "path tracing that learns where light comes from, where paths end and where they split",
+    path_class: "L(D|S)*E",
+    misses: "light of points, spots, directions and beams that mirrors or clear glass turn first: L S_M+ ...",
+    bias: Bias::Unbiased,
+    media: false,
+    layers: false,
+    schedule: Schedule::Sequential,
+    one_spp: "one camera path, or tree of paths, a pixel",
+    source: "Müller, Gross & Novák 2017; Vorba & Křivánek 2016; Rath et al. 2022",
+};
+
+/// As [`INFO`], of the path tracer without guide but with rules that split.
+static SPLITTING_INFO: MethodInfo = MethodInfo {
+    name: "path",
+    summary: "path tracing with next event estimation, multiple importance sampling and splitting",
+    ..INFO
+};
+
+/// Records after which a cell of the field divides, times √ of the passes of the iteration.
+const OF_FIELD: f64 = 2000.0;
+/// The same of reflected light, which learns on the whole.
+const OF_REFLECTED: f64 = 2000.0;
+
+/// Weight of a pass at most, over the first's.
+const MOST_WEIGHT: f32 = 1e3;
+/// Time for a ray of a tree over that of a plain path's: measured, see docs/guided.md.
+const DEARER: f32 = 2.5;
+/// The pass before which plain and guided paths are compared.
+const TRIAL: u64 = 15;
+
+/// The method.
+#[derive(Debug)]
+pub struct Guided {
+    params: GuidedParams,
+    of_path: PathParams,
+    field: Option<AnyField>,
+    reflected: Reflected,
+    pixels: Pixels,
+    totals: Option<Totals>,
+    /// Rays of this iteration, as costs.
+    cost: f64,
+    /// Weight of a pass, from the variance of those before.
+    weight: f32,
+    /// Cost of a sample of the first pass.
+    plain_cost: f32,
+    /// True once it showed that learning does not pay.
+    plain: bool,
+    lights: Option<LightSelection>,
+    /// See [`Guided::misled`].
+    misled: bool,
+}
+
+impl Guided {
+    /// With these parameters.
+    pub fn new(params: GuidedParams) -> Guided {
+        Guided {
+            of_path: params.of_path(),
+            field: AnyField::new(params.field),
+            params,
+            reflected: Reflected::default(),
+            pixels: Pixels::new(0, 0),
+            totals: None,
+            cost: 0.0,
+            weight: 1.0,
+            plain_cost: 0.0,
+            plain: false,
+            lights: None,
+            misled: false,
+        }
+    }
+
+    /// Learns nonsense: what it renders must stay right.
+    pub fn misled(self) -> Guided {
+        Guided { misled: true, ..self }
+    }
+
+    /// Learns from a pass; at the end of an iteration takes over what it learned.
+    fn learn(&mut self, index: u64, records: &Records, values: &[f32], stats: &PassStats) {
+        let passes = 1u64 << (index + 1).ilog2();
+        let ends = (index + 2).is_power_of_two() || index + 1 == self.params.training;
+        let most = |cell: f64| ends.then(|| cell * (passes as f64).sqrt());
+        if let Some(field) = &mut self.field {
+            field.learn(&records.light, most(OF_FIELD));
+        }
+        if self.params.roulette.learns() {
+            self.reflected.learn(&records.reflected, most(OF_REFLECTED));
+        }
+        self.pixels.learn(values);
+        self.cost += stats.closest_rays as f64 + 0.5 * stats.shadow_rays as f64;
+        if ends {
+            let done = (index + 2 - passes) as f64;
+            let cost = (self.cost / (done * values.len() as f64)) as f32;
+            self.cost = 0.0;
+            let Some(variance) = self.pixels.end() else { return };
+            self.totals = Some(Totals { variance, cost });
+            let plain = self.pixels.plain();
+            self.weight = (plain / variance).clamp(1.0 / MOST_WEIGHT, MOST_WEIGHT);
+            if index == 0 {
+                self.plain_cost = cost;
+            }
+            if index + 1 == TRIAL && self.params.fallback {
+                self.plain = plain * self.plain_cost < variance * cost * DEARER;
+                if self.plain {
+                    self.weight = 1.0;
+                }
+            }
+        }
+    }
+}
+
+/// Puts numbers at random in the place of what was found, nothing at all in places.
+fn mislead(records: &mut Records, values: &mut [f32], index: u64) {
+    let number = |i: usize, k: u64| {
+        let x = (mix_bits(combine(combine(index, k), i as u64)) >> 40) as f32 / (1u32 << 24) as f32;
+        if x < 0.3 { 0.0 } else { (8.0 * x).exp() }
+    };
+    for (i, r) in records.light.iter_mut().enumerate() {
+        r.radiance = if r.w.x > 0.2 { 0.0 } else { number(i, 0) };
+        r.product = r.pdf * number(i, 1);
+    }
+    for (i, r) in records.reflected.iter_mut().enumerate() {
+        (r.mean, r.cost) = (number(i, 2), 1.0 + number(i, 3));
+        r.moment = r.mean * r.mean;
+    }
+    values.iter_mut().enumerate().for_each(|(i, v)| *v = number(i, 4));
+}
+
+impl Method for Guided {
+    fn info(&self) -> &'static MethodInfo {
+        match self.field {
+            Some(_) => &INFO,
+            None => &SPLITTING_INFO,
+        }
+    }
+
+    fn prepare(
+        &mut self,
+        scene: &Scene,
+        frame: &Frame,
+        workers: &Workers,
+    ) -> Result<(), RenderError> {
+        let [width, height] = frame.size().map(|n| n as usize);
+        self.pixels = Pixels::new(width, height);
+        if self.params.mis.samples_lights() {
+            self.lights = lights::learn(scene, frame, self.of_path.max_bounces(), workers);
+        }
+        Ok(())
+    }
+
+    fn pass(
+        &mut self,
+        index: u64,
+        scene: &Scene,
+        frame: &Frame,
+        out: &mut PassImage,
+        workers: &Workers,
+    ) -> Result<Commit, RenderError> {
+        let lights = self.lights.as_ref().unwrap_or(&scene.light_selection);
+        let integrator = Integrator::new(scene, frame, &self.of_path).with_lights(lights);
+        let kind = CommitKind::Weighted(self.weight);
+        if self.plain {
+            let bands = workers.bands(out, rows(frame.size()), Wave::new, |wave, band| {
+                wave.trace(&integrator, index, band)
+            })?;
+            let mut stats = PassStats::default();
+            bands.into_iter().for_each(|s| stats += s);
+            return Ok(Commit { kind, stats });
+        }
+        let learns = index < self.params.training;
+        let guides = Guides {
+            field: self.field.as_ref(),
+            reflected: &self.reflected,
+            rule: self.params.roulette,
+            splitting: Splitting {
+                rule: self.params.roulette,
+                splits: self.params.splitting,
+                window: self.params.window,
+                totals: self.totals,
+            },
+            roulette: self.params.roulette(),
+            measurements: self.pixels.measurements(),
+        };
+        let bands = workers.bands(out, rows(frame.size()), Forest::default, |forest, band| {
+            forest.trace(&integrator, &guides, index, learns, band)
+        })?;
+        let mut stats = PassStats::default();
+        let (mut records, mut values) = (Records::default(), Vec::new());
+        for band in bands {
+            stats += band.stats;
+            records.light.extend(band.records.light);
+            records.reflected.extend(band.records.reflected);
+            values.extend(band.values);
+        }
+        if learns {
+            if self.misled {
+                mislead(&mut records, &mut values, index);
+            }
+            workers.install(|| self.learn(index, &records, &values, &stats));
+        }
+        Ok(Commit { kind, stats })
+    }
+
+    fn save(&self, out: &mut dyn Write) -> io::Result<()> {
+        self.field.save(out)?;
+        self.reflected.save(out)?;
+        self.pixels.save(out)?;
+        self.totals.save(out)?;
+        (self.cost, self.weight).save(out)?;
+        (self.plain_cost, self.plain).save(out)
+    }
+
+    fn load(&mut self, from: &mut dyn Read) -> io::Result<()> {
+        self.field = Saved::load(from)?;
+        self.reflected = Saved::load(from)?;
+        self.pixels = Saved::load(from)?;
+        self.totals = Saved::load(from)?;
+        (self.cost, self.weight) = Saved::load(from)?;
+        (self.plain_cost, self.plain) = Saved::load(from)?;
+        Ok(())
+    }
+}

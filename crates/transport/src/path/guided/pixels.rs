@@ -1,0 +1,117 @@
+//! What the pixels are worth: the measurement I of each, and the picture's variance.
+//!
+//! ```text
+//! V̄ = mean over pixels and samples of (x - I)² / (I² + ε²)                                (1)
+//! ```
+//!
+//! Both are guesses from passes that went before, smoothed; they steer and are never seen.
+
+use crate::saved::saved;
+
+/// Half the width of the window that smooths.
+const RADIUS: usize = 3;
+/// ε over the picture's mean value.
+const DIM: f32 = 0.1;
+/// Part of the pixels of largest error that (1) leaves out: rare, bright paths would hide all else.
+const OUTLIERS: f64 = 0.001;
+
+/// Grey values of the picture, as far as it is known.
+#[derive(Clone, Debug)]
+pub(super) struct Pixels {
+    width: u64,
+    sums: Vec<f32>,
+    passes: u32,
+    /// The first pass, of plain paths.
+    first: Vec<f32>,
+    /// Σ over passes of (1), over the passes of this iteration.
+    errors: f64,
+    of_iteration: u32,
+    /// I, never 0; empty while nothing is known.
+    measurements: Vec<f32>,
+}
+
+saved!(Pixels { width, sums, passes, first, errors, of_iteration, measurements });
+
+impl Pixels {
+    pub(super) fn new(width: usize, height: usize) -> Pixels {
+        Pixels {
+            width: width as u64,
+            sums: vec![0.0; width * height],
+            passes: 0,
+            first: Vec::new(),
+            errors: 0.0,
+            of_iteration: 0,
+            measurements: Vec::new(),
+        }
+    }
+
+    /// I of every pixel, row by row; empty while nothing is known.
+    pub(super) fn measurements(&self) -> &[f32] {
+        &self.measurements
+    }
+
+    /// Takes in the values of a pass.
+    pub(super) fn learn(&mut self, values: &[f32]) {
+        self.sums.iter_mut().zip(values).for_each(|(sum, v)| *sum += v);
+        self.passes += 1;
+        if self.first.is_empty() {
+            self.first = values.to_vec();
+            self.smooth();
+        }
+        self.errors += self.error(values);
+        self.of_iteration += 1;
+    }
+
+    /// (1) of one pass.
+    fn error(&self, values: &[f32]) -> f64 {
+        let error = |(x, i): (&f32, &f32)| f64::from(((x - i) / i).powi(2));
+        let mut errors: Vec<f64> = values.iter().zip(&self.measurements).map(error).collect();
+        let kept = errors.len() - (errors.len() as f64 * OUTLIERS).ceil() as usize;
+        if kept == 0 {
+            return 0.0;
+        }
+        errors.select_nth_unstable_by(kept, f64::total_cmp);
+        errors[..kept].iter().sum::<f64>() / kept as f64
+    }
+
+    /// Ends an iteration: V̄ of its samples, if it is not nothing.
+    pub(super) fn end(&mut self) -> Option<f32> {
+        let variance = (self.errors / f64::from(self.of_iteration.max(1))) as f32;
+        (self.errors, self.of_iteration) = (0.0, 0);
+        self.smooth();
+        (variance > 0.0).then_some(variance)
+    }
+
+    /// V̄ of the plain paths of the first pass.
+    pub(super) fn plain(&self) -> f32 {
+        self.error(&self.first) as f32
+    }
+
+    /// I from the sums: means over a window, values far above their surroundings cut.
+    fn smooth(&mut self) {
+        let scale = 1.0 / self.passes.max(1) as f32;
+        let mean = self.sums.iter().map(|&s| f64::from(s)).sum::<f64>() / self.sums.len() as f64;
+        let dim = (DIM * scale * mean as f32).max(f32::MIN_POSITIVE);
+        let width = (self.width as usize).max(1);
+        let height = self.sums.len() / width;
+        let mut out = Vec::with_capacity(self.sums.len());
+        let mut window = Vec::new();
+        for y in 0..height {
+            for x in 0..width {
+                window.clear();
+                for row in y.saturating_sub(RADIUS)..(y + RADIUS + 1).min(height) {
+                    let columns = x.saturating_sub(RADIUS)..(x + RADIUS + 1).min(width);
+                    let start = row * width;
+                    window.extend(&self.sums[start + columns.start..start + columns.end]);
+                }
+                let middle = window.len() / 2;
+                let median = *window.select_nth_unstable_by(middle, f32::total_cmp).1;
+                let most = (4.0 * median).max(2.0 * mean as f32);
+                let sum: f32 = window.iter().map(|v| v.min(most)).sum();
+                let value = scale * sum / window.len() as f32;
+                out.push((value * value + dim * dim).sqrt());
+            }
+        }
+        self.measurements = out;
+    }
+}

@@ -1,0 +1,135 @@
+//! Guided paths and trees of paths: whatever was learned, and if it is nonsense, the picture is
+//! that of plain paths.
+
+use crate::bidirectional::{SIZE, agree, means, means_of, room};
+use crate::scenes::*;
+use kaustika_film::FilterDesc;
+use kaustika_film::accumulate::PassImage;
+use kaustika_sampling::{SamplerConfig, SamplerKind};
+use kaustika_scene::Scene;
+use kaustika_scene::description::*;
+use kaustika_spectra::{ColorMode, SpectrumDesc};
+use kaustika_transport::path::guided::{Guided, GuidedParams};
+use kaustika_transport::{Frame, Method, Workers};
+use serde_json::{Value, json};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+/// A room with glass, metal and a lamp behind a screen, so that most light comes by a wall.
+fn furnished() -> Stage {
+    let mut stage = room();
+    let glass = stage.glass(1.5, 0.0);
+    stage.shape(sphere(0.25), at(0.45, -0.2, 0.26), glass);
+    let white = stage.diffuse(0.6);
+    let screen = stage.two_sided(white);
+    let t = at(0.2, 0.1, 1.45) * scale(0.5, 0.4, 1.0);
+    stage.shape(GeometryDesc::Rectangle, t, screen);
+    stage.lamp(GeometryDesc::Rectangle, at(0.2, 0.1, 1.7) * down() * scale(0.3, 0.2, 1.0), 8.0);
+    stage
+}
+
+const RULES: [&str; 6] = ["none", "throughput", "albedo", "szirmay-kalos", "adjoint", "efficiency"];
+
+/// The method, which never goes on as plain paths.
+fn guided(p: Value) -> Guided {
+    let Value::Object(mut p) = p else { panic!("an object") };
+    p.insert("fallback".into(), false.into());
+    let p: GuidedParams = serde_json::from_value(Value::Object(p)).expect("sound parameters");
+    Guided::new(p)
+}
+
+#[test]
+fn every_rule_with_every_field_gives_the_plain_picture() {
+    let scene = furnished().build();
+    let path = means(&scene, "path", json!({"max_depth": 6}), 3000, 2000);
+    for (i, rule) in RULES.into_iter().enumerate() {
+        for (k, field) in ["none", "quadtree"].into_iter().enumerate() {
+            let method = guided(json!({"max_depth": 6, "roulette": rule, "field": field}));
+            let found = means_of(&scene, Box::new(method), 700, 2010 + 2 * i as u64 + k as u64);
+            agree(&format!("{rule}, {field}"), &found, &path);
+        }
+    }
+}
+
+#[test]
+fn nonsense_that_is_learned_costs_time_and_no_bias() {
+    let scene = furnished().build();
+    let path = means(&scene, "path", json!({"max_depth": 4}), 3000, 2030);
+    for (i, rule) in ["throughput", "adjoint", "efficiency"].into_iter().enumerate() {
+        let p = json!({"max_depth": 4, "roulette": rule});
+        let found = means_of(&scene, Box::new(guided(p).misled()), 1000, 2031 + i as u64);
+        agree(&format!("{rule}, misled"), &found, &path);
+    }
+}
+
+#[test]
+fn each_number_of_bounces_agrees() {
+    let scene = furnished().build();
+    for depth in 1..=3 {
+        let path = means(&scene, "path", json!({"only_depth": depth}), 2000, 2040 + depth);
+        let method = guided(json!({"only_depth": depth, "roulette": "efficiency"}));
+        let found = means_of(&scene, Box::new(method), 600, 2050 + depth);
+        agree(&format!("{depth} bounces"), &found, &path);
+    }
+}
+
+#[test]
+fn branches_that_lose_wavelengths_keep_their_light() {
+    // A prism's ball: only the hero goes on, and light on the wall behind it is mixed from
+    // branches with four wavelengths and with one.
+    let mut stage = furnished();
+    let ior = SpectrumDesc::sampled(&[400.0, 700.0], &[1.7, 1.4]).expect("rises");
+    let ior = stage.d.add_texture(TextureNode::Spectrum(ior), None);
+    let (roughness, one) = (stage.rough(0.0), stage.d.float(1.0));
+    let glass = stage.material(MaterialModel::Dielectric {
+        ior: IorDesc::Spectrum(ior),
+        specular_reflectance: one,
+        specular_transmittance: one,
+        roughness,
+    });
+    stage.shape(sphere(0.25), at(0.0, -0.6, 0.5), glass);
+    let scene = stage.build_in(ColorMode::Spectral);
+    let path = means(&scene, "path", json!({"max_depth": 6}), 3000, 2060);
+    for (i, rule) in ["szirmay-kalos", "efficiency"].into_iter().enumerate() {
+        let method = guided(json!({"max_depth": 6, "roulette": rule}));
+        let found = means_of(&scene, Box::new(method), 800, 2061 + i as u64);
+        agree(&format!("{rule}, spectral"), &found, &path);
+    }
+}
+
+/// Passes of a method on so many threads, saved and loaded into another before pass `broken`.
+fn passes(scene: &Scene, count: u64, threads: usize, broken: Option<u64>) -> Vec<PassImage> {
+    let config = SamplerConfig { kind: SamplerKind::Sobol, seed: 3, spp: 16, resolution: SIZE };
+    let frame = Frame::new(SIZE, FilterDesc::BOX, config);
+    let workers = Workers::new(threads, Arc::new(AtomicBool::new(false))).expect("threads");
+    let make = || {
+        let mut method = guided(json!({"max_depth": 5, "roulette": "efficiency"}));
+        method.prepare(scene, &frame, &workers).expect("prepared");
+        method
+    };
+    let mut method = make();
+    (0..count)
+        .map(|index| {
+            if broken == Some(index) {
+                let mut saved = Vec::new();
+                method.save(&mut saved).expect("saved");
+                method = make();
+                method.load(&mut &saved[..]).expect("loaded");
+            }
+            let mut image = PassImage::new(SIZE[0], SIZE[1], frame.layers.clone());
+            method.pass(index, scene, &frame, &mut image, &workers).expect("a pass");
+            image
+        })
+        .collect()
+}
+
+#[test]
+fn threads_and_breaks_change_no_bit() {
+    let scene = furnished().build();
+    let alone = passes(&scene, 20, 1, None);
+    assert!(alone == passes(&scene, 20, 3, None));
+    // In the midst of an iteration, and at the end of one.
+    for broken in [9, 15] {
+        assert!(alone == passes(&scene, 20, 2, Some(broken)), "{broken}");
+    }
+}
