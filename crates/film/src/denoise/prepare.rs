@@ -35,7 +35,7 @@ impl<const C: usize> Prepared<C> {
         let size @ (width, height) = (noisy.width, noisy.height);
         let pixels = width * height;
         let albedo: Vec<[f32; C]> =
-            (0..pixels).into_par_iter().map(|i| divisor(features, i)).collect();
+            (0..pixels).into_par_iter().map(|i| divisor(features, i, size)).collect();
         let mut value: Vec<[f32; C]> = (0..pixels)
             .into_par_iter()
             .map(|i| std::array::from_fn(|c| noisy.mean[c][i] / albedo[i][c]))
@@ -89,14 +89,38 @@ fn grey_of<const C: usize>(v: &[f32; C]) -> f32 {
 }
 
 /// The albedo of a pixel where it can be divided by, else 1. One channel has the mean of three.
-fn divisor<const C: usize>(features: &Features, i: usize) -> [f32; C] {
+///
+/// What is seen where no surface is has an albedo of 0 but is divided by 1. Pixels beside such ones
+/// may show both: the part of theirs without a surface, 1 - |mean normal|, counts as 1 too.
+fn divisor<const C: usize>(features: &Features, i: usize, size: (usize, usize)) -> [f32; C] {
     let Some(albedo) = features.albedo else { return [1.0; C] };
-    let rgb = albedo.map(|plane| plane[i]);
+    let bare = match features.normal {
+        Some(n) if beside_nothing(albedo, i, size) => {
+            let length = n.iter().map(|plane| plane[i] * plane[i]).sum::<f32>().sqrt();
+            (1.0 - length).clamp(0.0, 1.0)
+        }
+        _ => 0.0,
+    };
+    let rgb = albedo.map(|plane| plane[i] + bare);
     let grey = grey_of(&rgb);
     if !(grey > DARK && grey.is_finite()) {
         return [1.0; C];
     }
     std::array::from_fn(|c| if C == 3 { rgb[c].max(DARK) } else { grey })
+}
+
+/// Pixels over which a silhouette may be spread.
+const BLEND: usize = 4;
+
+/// True where a pixel has an albedo of 0 that is no farther than twice the radius of common pixel
+/// filters: both are then parts of one mixture.
+fn beside_nothing(albedo: [&[f32]; 3], i: usize, (width, height): (usize, usize)) -> bool {
+    let (x, y) = (i % width, i / width);
+    let mut rows = y.saturating_sub(BLEND)..(y + BLEND + 1).min(height);
+    rows.any(|b| {
+        let mut columns = x.saturating_sub(BLEND)..(x + BLEND + 1).min(width);
+        columns.any(|a| albedo.iter().all(|plane| plane[b * width + a] == 0.0))
+    })
 }
 
 /// Pixels that are not numbers become the mean of those around that are.

@@ -115,6 +115,26 @@ fn textures_of_the_albedo_stay() {
 }
 
 #[test]
+fn silhouettes_before_a_background_stay() {
+    // A surface of albedo 0.2 that covers ever more of the pixels of a column, under a light of 1
+    // before a sky of 1: nothing is noise, though the samples of a mixed pixel differ.
+    let part = |x: usize| [0.0, 0.05, 0.5, 0.95, 1.0][(x + 2).saturating_sub(W / 2).min(4)];
+    let plane =
+        |f: &dyn Fn(f32) -> f32| -> Vec<f32> { (0..W * H).map(|i| f(part(i % W))).collect() };
+    let (albedo, cover) = (plane(&|c| 0.2 * c), plane(&|c| c));
+    let picture = plane(&|c| 0.2 * c + 1.0 - c);
+    let variance = plane(&|c| 0.64 * c * (1.0 - c) / 16.0);
+    let nothing = vec![0.0; W * H];
+    let features = Features {
+        albedo: Some([&albedo; 3]),
+        normal: Some([&nothing, &nothing, &cover]),
+        depth: None,
+    };
+    let out = filtered(&picture, Some(&variance), &features);
+    assert!(out.iter().zip(&picture).all(|(a, b)| (a - b).abs() < 0.03));
+}
+
+#[test]
 fn what_is_no_number_does_not_spread() {
     let sigma = 0.1;
     let clean = noisy(5, sigma, |_, _| 1.0);
