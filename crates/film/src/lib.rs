@@ -5,6 +5,7 @@
 //! RGB has the sRGB / Rec. 709 primaries.
 
 pub mod accumulate;
+pub mod denoise;
 mod error;
 pub mod files;
 pub mod filter;

@@ -7,6 +7,7 @@
 
 pub mod builtin;
 pub mod checkpoint;
+pub mod denoiser;
 pub mod environment;
 pub mod fingerprint;
 pub mod load;
@@ -26,6 +27,7 @@ pub use kaustika_spectra as spectra;
 pub use kaustika_transport as transport;
 
 pub use checkpoint::Checkpoint;
+pub use denoiser::Denoiser;
 pub use environment::Environment;
 pub use load::load;
 pub use record::Record;

@@ -1,5 +1,6 @@
 //! From a description and the user's choices to something that can render.
 
+use crate::denoiser::Denoiser;
 use crate::fingerprint;
 use crate::record::Record;
 use kaustika_film::FilterDesc;
@@ -47,6 +48,8 @@ pub struct RenderOptions {
     pub features: Vec<Feature>,
     /// How lights are chosen.
     pub light_sampler: Option<LightSelectionKind>,
+    /// A filter that will look at more features.
+    pub denoiser: Option<Denoiser>,
 }
 
 /// A part of the picture.
@@ -86,6 +89,8 @@ pub struct Setup {
     pub parameters: Map<String, Value>,
     /// What decides the picture's bits.
     pub record: Record,
+    /// Features that are kept for the filter alone.
+    pub unasked: Vec<Feature>,
 }
 
 /// Samples a pixel when nobody says how many.
@@ -155,6 +160,10 @@ impl Setup {
             let message = "the layer `stokes` needs a polarized render: `-p polarized=true`";
             return Err(SetupError::Choice(message.into()));
         }
+        let guides = options.denoiser.map_or(&[][..], |_| &Denoiser::FEATURES);
+        let unasked: Vec<Feature> =
+            guides.iter().copied().filter(|g| !features.contains(g)).collect();
+        features.extend(&unasked);
         frame.layers = Layers::new(&features);
         if !options.path_layers.is_empty() {
             let choice = |e: ExpressionError| SetupError::Choice(format!("--layer: {e}"));
@@ -214,7 +223,7 @@ impl Setup {
                 .collect(),
             world_to_camera: camera.transform.inv,
         };
-        Ok(Setup { scene, frame, method, spp, seed, parameters, record })
+        Ok(Setup { scene, frame, method, spp, seed, parameters, record, unasked })
     }
 }
 

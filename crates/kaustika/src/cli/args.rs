@@ -8,7 +8,7 @@ use kaustika::film::metrics::VarianceSpace;
 use kaustika::sampling::SamplerKind;
 use kaustika::scene::LightSelectionKind;
 use kaustika::spectra::{ColorMode, Tonemap};
-use kaustika::{Crop, Environment, RenderOptions};
+use kaustika::{Crop, Denoiser, Environment, RenderOptions};
 use std::path::PathBuf;
 use std::str::FromStr;
 use std::time::Duration;
@@ -29,6 +29,8 @@ pub enum Command {
     Render(Box<RenderArgs>),
     /// Put shares of one render together
     Merge(MergeArgs),
+    /// Take the noise out of a rendered image
+    Denoise(DenoiseArgs),
     /// Measure how far an image is from a reference
     Compare(CompareArgs),
     /// List the light transport methods and their parameters
@@ -117,6 +119,11 @@ pub struct RenderArgs {
     /// (LS+DS*E), or one of Arnold's names (diffuse_direct); may be repeated
     #[arg(long, value_name = "NAME=EXPR")]
     pub layer: Vec<String>,
+    /// Take the noise out of the picture: with Kaustika's own filter, or with Intel's (oidn); the
+    /// noisy picture stays in .exr as the layer Noisy
+    #[arg(long, value_name = "FILTER", num_args = 0..=1, require_equals = true,
+        default_missing_value = "kaustika")]
+    pub denoise: Option<Denoiser>,
     /// How values become colours in .png and .jpg
     #[command(flatten)]
     pub look: LookArgs,
@@ -162,6 +169,22 @@ pub struct MergeArgs {
     /// (LS+DS*E), or one of Arnold's names (diffuse_direct); may be repeated
     #[arg(long, value_name = "NAME=EXPR")]
     pub layer: Vec<String>,
+    /// How values become colours in .png and .jpg
+    #[command(flatten)]
+    pub look: LookArgs,
+}
+
+/// `kaustika denoise`.
+#[derive(ClapArgs, Debug)]
+pub struct DenoiseArgs {
+    /// Image to filter, with layers as `render --aov albedo,sh_normal,depth` writes them
+    pub image: PathBuf,
+    /// Image to write; may be repeated
+    #[arg(short, long = "output", required = true, value_name = "FILE")]
+    pub output: Vec<PathBuf>,
+    /// Which filter: kaustika or oidn
+    #[arg(long, value_name = "FILTER", default_value = "kaustika")]
+    pub filter: Denoiser,
     /// How values become colours in .png and .jpg
     #[command(flatten)]
     pub look: LookArgs,
@@ -270,6 +293,7 @@ impl RenderArgs {
             features: self.aov.as_ref().map(|l| l.0.clone()).unwrap_or_default(),
             light_sampler: self.light_sampler,
             path_layers: self.layer.clone(),
+            denoiser: self.denoise,
         }
     }
 }

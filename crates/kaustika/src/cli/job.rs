@@ -6,7 +6,9 @@ use super::progress::Watch;
 use super::viewer::Viewer;
 use super::{duration, picture};
 use kaustika::checkpoint::{self, Checkpoint};
+use kaustika::denoiser;
 use kaustika::film::Picture;
+use kaustika::film::accumulate::Feature;
 use kaustika::stats::{Phases, Run, Stats};
 use kaustika::transport::session::RelativeError;
 use kaustika::transport::{Budget, PassStats, RenderError, Session, Workers};
@@ -22,6 +24,8 @@ pub struct Job<'a> {
     args: &'a RenderArgs,
     record: &'a Record,
     outputs: &'a [PathBuf],
+    /// Features that are kept for the filter alone.
+    unasked: &'a [Feature],
     checkpoint: PathBuf,
     /// Seconds spent by earlier programs.
     seconds_before: f64,
@@ -52,12 +56,14 @@ impl<'a> Job<'a> {
         args: &'a RenderArgs,
         record: &'a Record,
         outputs: &'a [PathBuf],
+        unasked: &'a [Feature],
     ) -> Result<Job<'a>, Failure> {
         let first = outputs.first().ok_or(Failure::Usage("no output".into()))?;
         Ok(Job {
             args,
             record,
             outputs,
+            unasked,
             checkpoint: checkpoint::beside(first),
             seconds_before: 0.0,
             passes_before: 0,
@@ -167,7 +173,9 @@ impl<'a> Job<'a> {
             }
         };
         if let Some(mut viewer) = watch.finish() {
-            viewer.finish(&self.picture(session));
+            let mut picture = self.picture(session);
+            denoiser::drop_features(&mut picture, self.unasked);
+            viewer.finish(&picture);
         }
         end
     }
@@ -193,7 +201,10 @@ impl<'a> Job<'a> {
         let start = Instant::now();
         let is_open_ended = self.args.time.is_some() || self.args.noise.is_some();
         let is_share = self.args.resume || self.args.passes.is_some();
-        let written = picture::write(self.outputs, &self.picture(session), &self.args.look);
+        let mut picture = self.picture(session);
+        let denoised = self.args.denoise.map(|d| workers.install(|| d.apply(&mut picture)));
+        denoiser::drop_features(&mut picture, self.unasked);
+        let written = picture::write(self.outputs, &picture, &self.args.look);
         let is_complete = matches!(rendered, Ok(End::Done)) && written.is_ok();
         let keeps = is_share || is_open_ended || !is_complete;
         let kept = match keeps {
@@ -211,6 +222,10 @@ impl<'a> Job<'a> {
         let stats = Stats::new(self.record, &run, phases, workers.threads());
         let counted = self.args.stats.as_deref().map_or(Ok(()), |path| write_stats(path, &stats));
         self.summarise(passes, written.is_ok(), keeps && kept.is_ok(), &rendered);
+        match denoised.transpose() {
+            Ok(report) => report.iter().for_each(|report| self.tell(report)),
+            Err(e) => return Err(Failure::Input(format!("the picture keeps its noise: {e}"))),
+        }
         written.and(kept).and(counted)?;
         rendered.map(|_| ()).map_err(Failure::input)
     }

@@ -2,6 +2,7 @@
 
 mod args;
 mod compare;
+mod denoise;
 mod diagnostics;
 mod duration;
 mod failure;
@@ -27,6 +28,7 @@ pub fn main() -> ExitCode {
     let done = match &Args::parse().command {
         Command::Render(args) => render::run(args),
         Command::Merge(args) => merge::run(args),
+        Command::Denoise(args) => denoise::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Methods(args) => methods::run(args),
         Command::Info(args) => info::run(args),

@@ -8,7 +8,7 @@ use super::{diagnostics, interrupt, picture};
 use kaustika::scene::description::SceneDescription;
 use kaustika::stats::Phases;
 use kaustika::transport::{Schedule, Session, Workers};
-use kaustika::{Setup, SetupError, builtin, load};
+use kaustika::{Denoiser, Setup, SetupError, builtin, load};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -20,6 +20,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let cancel = interrupt::install()?;
     picture::check_outputs(&args.output)?;
     args.stats.as_deref().map_or(Ok(()), picture::check_place)?;
+    args.denoise.map_or(Ok(()), Denoiser::check).map_err(Failure::usage)?;
     let viewer = args.display.as_deref().map(|address| {
         let name = args.output.first().or(args.scene.as_ref());
         Viewer::connect(address, name.map_or("kaustika".into(), |n| n.display().to_string()))
@@ -43,8 +44,8 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     picture::check_outputs(&outputs)?;
     check_share(args, setup.method.info().schedule)?;
 
-    let mut job = Job::new(args, &setup.record, &outputs)?;
-    let Setup { scene, frame, method, spp, .. } = setup;
+    let Setup { scene, frame, method, spp, record, unasked, .. } = setup;
+    let mut job = Job::new(args, &record, &outputs, &unasked)?;
     let mut session = Session::new(&scene, &frame, method);
     job.resume(&mut session, &workers)?;
     let rendered = job.render(&mut session, &workers, spp, viewer);

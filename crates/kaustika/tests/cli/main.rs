@@ -6,6 +6,7 @@ mod agreement;
 mod broken;
 mod commands;
 mod corpus;
+mod denoise;
 mod errors;
 mod films;
 mod kit;
