@@ -19,13 +19,15 @@ mod choice;
 mod field;
 pub mod octahedron;
 mod quadtree;
+mod reflected;
 mod space;
 #[cfg(test)]
 mod tests;
 
 pub use choice::{Choice, DirectionSample, Guide, MixedBsdf};
-pub use field::Field;
+pub use field::{Cell, Field, Nothing};
 pub use quadtree::Quadtree;
+pub use reflected::{Expected, Reflected, ReflectedRecord};
 pub use space::{Placed, SpaceTree};
 
 use kaustika_math::{Vec2, Vec3};

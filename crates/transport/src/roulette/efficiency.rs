@@ -12,7 +12,7 @@
 //! and (2) are where the derivative of variance times cost by q is zero. They hold for the q of
 //! all other vertices as they are: passes find them one after the other.
 
-use super::Expected;
+use crate::guiding::Expected;
 use crate::saved::saved;
 
 /// What (1) and (2) need of the whole picture.

@@ -10,10 +10,9 @@
 //! methods know them. The others decide where a path arrives, before it is scattered, and may
 //! split it: [`winners`] by what the surface is, [`window`] by the light that is still to come
 //! (adjoint-driven, ADRRS), [`efficiency`] by that light's variance and cost, too (EARS). What is
-//! still to come is asked of [`Reflected`], which earlier passes filled.
+//! still to come is asked of [`crate::guiding::Reflected`], which earlier passes filled.
 
 pub mod efficiency;
-mod reflected;
 mod rule;
 mod rules;
 #[cfg(test)]
@@ -21,6 +20,5 @@ mod tests;
 pub mod window;
 pub mod winners;
 
-pub use reflected::{Expected, Reflected, ReflectedRecord};
 pub use rule::{Collision, Decision, Rule, Splitting};
 pub use rules::{Roulette, Survival, WalkState, WalkStates};

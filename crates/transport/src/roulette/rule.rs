@@ -1,7 +1,8 @@
 //! The rules by name, and what they decide.
 
 use super::efficiency::{self, Totals};
-use super::{Expected, Survival, window, winners};
+use super::{Survival, window, winners};
+use crate::guiding::Expected;
 use serde::{Deserialize, Serialize};
 
 /// How paths end and split.

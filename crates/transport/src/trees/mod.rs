@@ -13,8 +13,7 @@
 //! as it is, whatever the factors q were: what is learned does not depend on what was decided
 //! by it.
 
-use crate::guiding::LightRecord;
-use crate::roulette::ReflectedRecord;
+use crate::guiding::{LightRecord, ReflectedRecord};
 use kaustika_math::Vec3;
 use kaustika_spectra::{ColorMode, Spectrum, Wavelengths};
 

@@ -1,6 +1,8 @@
 //! The fields that can be asked for.
 
-use crate::guiding::{Field, Guide, LightRecord, LocalDirections, Quadtree};
+use crate::guiding::{
+    Expected, Field, Guide, LightRecord, LocalDirections, Nothing, Quadtree, ReflectedRecord,
+};
 use crate::saved::Saved;
 use kaustika_math::{Vec2, Vec3};
 use serde::Deserialize;
@@ -20,39 +22,54 @@ pub enum FieldKind {
 /// A field of one kind.
 #[derive(Clone, Debug)]
 pub(super) enum AnyField {
+    None(Field<Nothing>),
     Quadtree(Field<Quadtree>),
 }
 
-/// What it says of a point.
+/// What it says of directions at a point.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum AnyLocal<'a> {
     Quadtree(&'a Quadtree),
 }
 
+/// What it says of a point: where light comes from, and what is reflected.
+pub(super) type Known<'a> = (Option<Guide<AnyLocal<'a>>>, Option<Expected>);
+
 impl AnyField {
-    /// An empty one; `None` for none.
-    pub(super) fn new(kind: FieldKind) -> Option<AnyField> {
+    /// An empty one.
+    pub(super) fn new(kind: FieldKind) -> AnyField {
         match kind {
-            FieldKind::None => None,
-            FieldKind::Quadtree => Some(AnyField::Quadtree(Field::default())),
+            FieldKind::None => AnyField::None(Field::default()),
+            FieldKind::Quadtree => AnyField::Quadtree(Field::default()),
         }
     }
 
-    /// See [`Field::at`].
+    /// What is known at `p`; of light toward `wo`, where the albedo is `albedo`.
     #[inline]
-    pub(super) fn at(&self, p: Vec3) -> Option<Guide<AnyLocal<'_>>> {
+    pub(super) fn at(&self, p: Vec3, wo: Vec3, albedo: f32) -> Known<'_> {
         match self {
+            AnyField::None(f) => (None, f.at(p).expected(wo, albedo)),
             AnyField::Quadtree(f) => {
-                let Guide { directions, alpha } = f.at(p)?;
-                Some(Guide { directions: AnyLocal::Quadtree(directions), alpha })
+                let cell = f.at(p);
+                let local = |g: Guide<_>| Guide {
+                    directions: AnyLocal::Quadtree(g.directions),
+                    alpha: g.alpha,
+                };
+                (cell.guide(p).map(local), cell.expected(wo, albedo))
             }
         }
     }
 
     /// See [`Field::learn`].
-    pub(super) fn learn(&mut self, records: &[LightRecord], end: Option<f64>) {
+    pub(super) fn learn(
+        &mut self,
+        light: &[LightRecord],
+        reflected: &[ReflectedRecord],
+        end: Option<f64>,
+    ) {
         match self {
-            AnyField::Quadtree(f) => f.learn(records, end),
+            AnyField::None(f) => f.learn(light, reflected, end),
+            AnyField::Quadtree(f) => f.learn(light, reflected, end),
         }
     }
 }
@@ -60,16 +77,15 @@ impl AnyField {
 impl Saved for AnyField {
     fn save(&self, out: &mut dyn Write) -> io::Result<()> {
         match self {
-            AnyField::Quadtree(f) => {
-                0u8.save(out)?;
-                f.save(out)
-            }
+            AnyField::None(f) => 0u8.save(out).and_then(|()| f.save(out)),
+            AnyField::Quadtree(f) => 1u8.save(out).and_then(|()| f.save(out)),
         }
     }
 
     fn load(from: &mut dyn Read) -> io::Result<Self> {
         match u8::load(from)? {
-            0 => Ok(AnyField::Quadtree(Field::load(from)?)),
+            0 => Ok(AnyField::None(Field::load(from)?)),
+            1 => Ok(AnyField::Quadtree(Field::load(from)?)),
             _ => Err(io::ErrorKind::InvalidData.into()),
         }
     }

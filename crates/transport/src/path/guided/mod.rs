@@ -37,8 +37,8 @@ use crate::method::{
     Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule,
 };
 use crate::path::PathParams;
+use crate::roulette::Splitting;
 use crate::roulette::efficiency::Totals;
-use crate::roulette::{Reflected, Splitting};
 use crate::saved::Saved;
 use crate::trees::Records;
 use crate::workers::Workers;
@@ -69,11 +69,8 @@ static SPLITTING_INFO: MethodInfo = MethodInfo {
     ..INFO
 };
 
-/// Records after which a cell of the field divides, times √ of the passes of the iteration.
-const OF_FIELD: f64 = 2000.0;
-/// The same of reflected light, which learns on the whole.
-const OF_REFLECTED: f64 = 2000.0;
-
+/// Records after which a cell divides, times √ of the passes of the iteration.
+const MOST_RECORDS: f64 = 1000.0;
 /// Weight of a pass at most, over the first's.
 const MOST_WEIGHT: f32 = 1e3;
 /// Time for a ray of a tree over that of a plain path's: measured, see docs/guided.md.
@@ -86,8 +83,7 @@ const TRIAL: u64 = 15;
 pub struct Guided {
     params: GuidedParams,
     of_path: PathParams,
-    field: Option<AnyField>,
-    reflected: Reflected,
+    field: AnyField,
     pixels: Pixels,
     totals: Option<Totals>,
     /// Rays of this iteration, as costs.
@@ -110,7 +106,6 @@ impl Guided {
             of_path: params.of_path(),
             field: AnyField::new(params.field),
             params,
-            reflected: Reflected::default(),
             pixels: Pixels::new(0, 0),
             totals: None,
             cost: 0.0,
@@ -131,13 +126,8 @@ impl Guided {
     fn learn(&mut self, index: u64, records: &Records, values: &[f32], stats: &PassStats) {
         let passes = 1u64 << (index + 1).ilog2();
         let ends = (index + 2).is_power_of_two() || index + 1 == self.params.training;
-        let most = |cell: f64| ends.then(|| cell * (passes as f64).sqrt());
-        if let Some(field) = &mut self.field {
-            field.learn(&records.light, most(OF_FIELD));
-        }
-        if self.params.roulette.learns() {
-            self.reflected.learn(&records.reflected, most(OF_REFLECTED));
-        }
+        let most = ends.then(|| MOST_RECORDS * (passes as f64).sqrt());
+        self.field.learn(&records.light, &records.reflected, most);
         self.pixels.learn(values);
         self.cost += stats.closest_rays as f64 + 0.5 * stats.shadow_rays as f64;
         if ends {
@@ -181,8 +171,8 @@ fn mislead(records: &mut Records, values: &mut [f32], index: u64) {
 impl Method for Guided {
     fn info(&self) -> &'static MethodInfo {
         match self.field {
-            Some(_) => &INFO,
-            None => &SPLITTING_INFO,
+            AnyField::None(_) => &SPLITTING_INFO,
+            AnyField::Quadtree(_) => &INFO,
         }
     }
 
@@ -221,8 +211,7 @@ impl Method for Guided {
         }
         let learns = index < self.params.training;
         let guides = Guides {
-            field: self.field.as_ref(),
-            reflected: &self.reflected,
+            field: &self.field,
             rule: self.params.roulette,
             splitting: Splitting {
                 rule: self.params.roulette,
@@ -255,7 +244,6 @@ impl Method for Guided {
 
     fn save(&self, out: &mut dyn Write) -> io::Result<()> {
         self.field.save(out)?;
-        self.reflected.save(out)?;
         self.pixels.save(out)?;
         self.totals.save(out)?;
         (self.cost, self.weight).save(out)?;
@@ -264,7 +252,6 @@ impl Method for Guided {
 
     fn load(&mut self, from: &mut dyn Read) -> io::Result<()> {
         self.field = Saved::load(from)?;
-        self.reflected = Saved::load(from)?;
         self.pixels = Saved::load(from)?;
         self.totals = Saved::load(from)?;
         (self.cost, self.weight) = Saved::load(from)?;

@@ -15,9 +15,7 @@ use super::field::{AnyField, AnyLocal};
 use crate::features::describe;
 use crate::guiding::MixedBsdf;
 use crate::method::PassStats;
-use crate::roulette::{
-    Collision, Decision, Reflected, Roulette, Rule, Splitting, Survival, WalkState,
-};
+use crate::roulette::{Collision, Decision, Roulette, Rule, Splitting, Survival, WalkState};
 use crate::trees::{Met, Node, Records, mean, sweep};
 use kaustika_film::accumulate::{PixelBand, PixelRecord};
 use kaustika_math::Vec2;
@@ -33,10 +31,8 @@ const MOST_SPLITS: u32 = 1000;
 
 /// How trees grow.
 pub(super) struct Guides<'f> {
-    /// Incident light; `None`: directions are drawn by the BSDF alone.
-    pub field: Option<&'f AnyField>,
-    /// Reflected light, for rules that ask for it.
-    pub reflected: &'f Reflected,
+    /// What is known of light.
+    pub field: &'f AnyField,
     /// The rule.
     pub rule: Rule,
     /// Its decisions, if it splits.
@@ -225,18 +221,20 @@ impl<'a> Forest<'a> {
 
         // How many copies go on?
         let mut roulette = guides.roulette;
-        let mut q = 1.0;
+        let (mut q, mut guide) = (1.0, None);
         if smooth {
             let albedo = match guides.rule.survival() {
                 Some(_) => 0.0,
                 None => mean(bsdf.albedo(wo), &walk.lambda),
             };
             self.nodes[node].met = Some(Met { p: surface.p, albedo });
+            let expected;
+            (guide, expected) = guides.field.at(surface.p, wo, albedo);
             if guides.rule.survival().is_none() {
                 let collision = Collision {
                     weight: mean(walk.beta, &walk.lambda),
                     measurement: tree.measurement,
-                    expected: guides.reflected.expected(surface.p, wo, albedo),
+                    expected,
                     albedo,
                     roughness: bsdf.roughness(),
                     scattered: branch.scattered,
@@ -252,7 +250,6 @@ impl<'a> Forest<'a> {
         self.nodes[node].inv_q = 1.0 / q;
         tree.splits += copies.saturating_sub(1);
 
-        let guide = guides.field.filter(|_| smooth).and_then(|f| f.at(surface.p));
         let mixed: MixedBsdf<AnyLocal> = MixedBsdf::new(bsdf, guide);
         let samples_light = smooth && integrator.counts(walk.depth + 1);
         let n = surface.facing(wo);

@@ -2,8 +2,9 @@
 //! splitting, with right and wrong knowledge, must not change, and what they cost.
 
 use super::super::efficiency::Totals;
-use super::super::{Collision, Decision, Expected, Rule, Splitting, window};
+use super::super::{Collision, Decision, Rule, Splitting, window};
 use super::{Numbers, Statistics};
+use crate::guiding::Expected;
 
 const STATES: usize = 30;
 

@@ -8,8 +8,9 @@
 //!                                                          transmitted from x, going right, left
 //! ```
 
-use super::super::{Collision, Decision, Expected, Rule, Splitting, window};
+use super::super::{Collision, Decision, Rule, Splitting, window};
 use super::{Numbers, Statistics};
+use crate::guiding::Expected;
 
 /// Total cross-section 1, scattering ratio c, length X; scattered half forward, half back.
 struct Slab {

@@ -1,10 +1,10 @@
 //! What is expected to be reflected back along a path that arrives somewhere: the adjoint of
 //! roulette and splitting.
 //!
-//! Space is divided into cells, each with sixteen bins of directions over the sphere (Rath et al.
-//! 2022 use an octree). Bins keep mean, second moment and cost of one continuation, from
-//! estimates of paths that arrived there. Light is kept over the surface's albedo, so that what
-//! is learned on one part of a picture on a wall serves for all of it:
+//! A cell of space has sixteen bins of directions over the sphere (as Rath et al. 2022). Bins keep
+//! mean, second moment and cost of one continuation, from estimates of paths that arrived there.
+//! Light is kept over the surface's albedo, so that what is learned on one part of a picture on a
+//! wall serves for all of it:
 //!
 //! ```text
 //! L(y, ωₒ) ≈ ρ(y, ωₒ) ⟨L/ρ⟩                                                               (1)
@@ -12,7 +12,7 @@
 //!
 //! On matte surfaces this is irradiance times albedo over π (Vorba & Křivánek 2016, sec. 5.1).
 
-use crate::guiding::{Placed, SpaceTree, octahedron};
+use super::{Placed, octahedron};
 use crate::saved::saved;
 use kaustika_math::Vec3;
 
@@ -50,16 +50,9 @@ impl Placed for ReflectedRecord {
     }
 }
 
-/// The cache.
+/// What is known of it in a cell.
 #[derive(Clone, Debug, Default)]
 pub struct Reflected {
-    tree: SpaceTree<Cell>,
-    /// Records taken in since cells were divided last.
-    records: u64,
-}
-
-#[derive(Clone, Debug, Default)]
-struct Cell {
     bins: [Bin; BINS],
     all: Bin,
     /// As they are asked.
@@ -75,8 +68,7 @@ struct Bin {
     cost: f32,
 }
 
-saved!(Reflected { tree, records });
-saved!(Cell { bins, all, known });
+saved!(Reflected { bins, all, known });
 saved!(Bin { count, mean, moment, cost });
 saved!(Expected { mean, moment, cost });
 
@@ -121,12 +113,6 @@ impl Bin {
     }
 }
 
-impl Cell {
-    fn scale(&mut self, k: f32) {
-        self.bins.iter_mut().chain([&mut self.all]).for_each(|bin| bin.scale(k));
-    }
-}
-
 fn bin(w: Vec3) -> usize {
     let p = octahedron::to_square(w);
     let k = |x: f32| ((x * SIDE as f32) as usize).min(SIDE - 1);
@@ -134,37 +120,36 @@ fn bin(w: Vec3) -> usize {
 }
 
 impl Reflected {
-    /// What is known of light from `p` toward `wo`, where the albedo is `albedo`; `None` if that is
-    /// not enough.
+    /// Light toward `wo`, where the albedo is `albedo`; `None` if not enough is known.
     #[inline]
-    pub fn expected(&self, p: Vec3, wo: Vec3, albedo: f32) -> Option<Expected> {
-        let e = self.tree.cell(p).known[bin(wo)]?;
+    pub fn expected(&self, wo: Vec3, albedo: f32) -> Option<Expected> {
+        let e = self.known[bin(wo)]?;
         let rho = albedo.max(DARK);
         Some(Expected { mean: e.mean * rho, moment: e.moment * rho * rho, cost: e.cost })
     }
 
-    /// Takes in the records of a pass. At the end of an iteration what was learned becomes what
-    /// [`Reflected::expected`] says, and cells with more than `most` records are divided.
-    pub fn learn(&mut self, records: &[ReflectedRecord], end: Option<f64>) {
-        let mut grouped = self.tree.group(records);
-        self.records += records.len() as u64;
-        self.tree.teach(&grouped, |cell, records| {
-            for r in records {
-                cell.bins[bin(r.wo)].add(r);
-                cell.all.add(r);
-            }
-        });
-        let Some(most) = end else { return };
-        for cell in self.tree.cells_mut() {
-            let all = cell.all.expected();
-            cell.known = cell.bins.map(|bin| bin.expected().or(all));
-            cell.scale(KEPT);
+    /// Takes in records of its cell. What [`Reflected::expected`] says stays as it is.
+    pub fn learn(&mut self, records: &[ReflectedRecord]) {
+        for r in records {
+            self.bins[bin(r.wo)].add(r);
+            self.all.add(r);
         }
-        if !records.is_empty() {
-            let times = self.records as f64 / records.len() as f64;
-            self.tree.divide(&mut grouped, (times, most), |cell| cell.scale(0.5));
-        }
-        self.records = 0;
+    }
+
+    /// Takes over what was learned.
+    pub fn refine(&mut self) {
+        let all = self.all.expected();
+        self.known = self.bins.map(|bin| bin.expected().or(all));
+        self.scale(KEPT);
+    }
+
+    /// Its cell is divided in two, and this is to be either's.
+    pub fn halve(&mut self) {
+        self.scale(0.5);
+    }
+
+    fn scale(&mut self, k: f32) {
+        self.bins.iter_mut().chain([&mut self.all]).for_each(|bin| bin.scale(k));
     }
 }
 
@@ -174,31 +159,30 @@ mod tests {
     use kaustika_math::{Vec2, mix_bits, warp};
 
     #[test]
-    fn light_is_known_by_place_direction_and_albedo() {
+    fn light_is_known_by_direction_and_albedo() {
         let number = |i: u64, k: u64| (mix_bits(8 * i + k) >> 40) as f32 / (1u32 << 24) as f32;
-        let mut cache = Reflected::default();
-        let irradiance = |p: Vec3| if p.x > 0.5 { 8.0 } else { 1.0 };
-        for pass in 0..6u64 {
+        let mut cell = Reflected::default();
+        assert!(cell.expected(Vec3::Z, 0.5).is_none());
+        let light = |w: Vec3| if w.z > 0.5 { 8.0 } else { 1.0 };
+        for pass in 0..3u64 {
             let record = |i: u64| {
                 let i = pass * 40_000 + i;
-                let p = Vec3::new(number(i, 0), number(i, 1), 0.0);
                 let w = warp::uniform_hemisphere(Vec2::new(number(i, 2), number(i, 3)));
                 let albedo = 0.1 + 0.8 * number(i, 4);
                 let copies = 2.0 * number(i, 5);
-                let mean = albedo * irradiance(p) * copies;
+                let (p, mean) = (Vec3::ZERO, albedo * light(w) * copies);
                 ReflectedRecord { p, wo: w, albedo, mean, moment: mean * mean, cost: 3.0 }
             };
             let records: Vec<_> = (0..40_000).map(record).collect();
-            cache.learn(&records, Some(2000.0));
+            cell.learn(&records);
+            cell.refine();
         }
-        for (x, light) in [(0.1, 1.0), (0.9, 8.0)] {
-            let e = cache.expected(Vec3::new(x, 0.5, 0.0), Vec3::Z, 0.5).expect("known");
-            assert!((e.mean / (0.5 * light) - 1.0).abs() < 0.1, "{e:?}");
+        for w in [Vec3::new(0.2, 0.2, 0.96).normalize(), Vec3::new(-0.7, 0.7, 0.05).normalize()] {
+            let e = cell.expected(w, 0.5).expect("known");
+            assert!((e.mean / (0.5 * light(w)) - 1.0).abs() < 0.1, "{e:?}");
             // ∫ (2u)² du = 4/3.
-            assert!((e.moment / (0.25 * light * light) - 4.0 / 3.0).abs() < 0.2, "{e:?}");
+            assert!((e.moment / (0.25 * light(w).powi(2)) - 4.0 / 3.0).abs() < 0.2, "{e:?}");
             assert!((e.cost - 3.0).abs() < 1e-4);
         }
-        // Nothing was learned of light downward.
-        assert!(Reflected::default().expected(Vec3::ZERO, Vec3::Z, 0.5).is_none());
     }
 }
