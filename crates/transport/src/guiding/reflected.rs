@@ -163,7 +163,7 @@ mod tests {
         let number = |i: u64, k: u64| (mix_bits(8 * i + k) >> 40) as f32 / (1u32 << 24) as f32;
         let mut cell = Reflected::default();
         assert!(cell.expected(Vec3::Z, 0.5).is_none());
-        let light = |w: Vec3| if w.z > 0.5 { 8.0 } else { 1.0 };
+        let light = |w: Vec3| if w.x > 0.0 { 8.0 } else { 1.0 };
         for pass in 0..3u64 {
             let record = |i: u64| {
                 let i = pass * 40_000 + i;
@@ -177,7 +177,7 @@ mod tests {
             cell.learn(&records);
             cell.refine();
         }
-        for w in [Vec3::new(0.2, 0.2, 0.96).normalize(), Vec3::new(-0.7, 0.7, 0.05).normalize()] {
+        for w in [Vec3::new(0.5, 0.5, 0.7).normalize(), Vec3::new(-0.5, 0.2, 0.7).normalize()] {
             let e = cell.expected(w, 0.5).expect("known");
             assert!((e.mean / (0.5 * light(w)) - 1.0).abs() < 0.1, "{e:?}");
             // ∫ (2u)² du = 4/3.
