@@ -506,7 +506,7 @@ impl Place {
 /// ∂p'/∂u = ∂p/∂u + (∂h/∂u - n·∂p/∂u) n, the change of the normal itself left out.
 fn bumped(hit: &Hit, frame: Frame, height: TextureId, scale: f32) -> Frame {
     let (dpdu, dpdv) = hit.geometry.tangents(hit.surface);
-    let grad = hit.textures.gradient(height, hit.at()) * scale;
+    let grad = hit.textures.gradient(height, hit.at(), (dpdu, dpdv)) * scale;
     let n = frame.n;
     let dpdu = dpdu + n * (grad.x - n.dot(dpdu));
     let dpdv = dpdv + n * (grad.y - n.dot(dpdv));

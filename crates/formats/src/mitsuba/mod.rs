@@ -47,6 +47,7 @@ mod textures;
 mod upgrade;
 mod values;
 mod variables;
+mod volumes;
 
 #[cfg(test)]
 mod tests;

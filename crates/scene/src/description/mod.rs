@@ -39,7 +39,7 @@ pub use material::{
 pub use measured::{MeasuredBrdf, MeasuredChannels, SquareTable};
 pub use medium::{
     CloudDesc, CoefficientsDesc, DensityDesc, FieldDesc, GlowDesc, GlowSource, GridDesc,
-    GridLayout, MediumDesc, MediumId, PhaseDesc, SggxDesc,
+    GridFilter, GridLayout, MediumDesc, MediumId, PhaseDesc, SggxDesc,
 };
 pub use mesh::{DisplacedMesh, MeshAttribute, TriMesh};
 pub use metallic_roughness::{
