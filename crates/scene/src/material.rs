@@ -10,10 +10,10 @@ mod tables;
 
 use crate::bsdf::{
     self, Bsdf, CoatedConductor, CoatedDiffuse, Conductor, ConductorFresnel, Dielectric, Diffuse,
-    DiffuseTransmission, FilterElement, Masking, Measured, MeasuredData, Microfacet, Model, Null,
-    OrenNayar, Part, Phong, Plastic, PlasticCoat, PolarizingFilter, Principled,
-    PrincipledParameters, PrincipledThin, PrincipledThinParameters, RoughPlastic,
-    RoughTransmittance, ThinDielectric, Ward, relief_roughness,
+    DiffuseTransmission, FilterElement, Masking, Measured, MeasuredData, MeasuredPolarized,
+    Microfacet, Model, MuellerData, Null, OrenNayar, Part, Phong, Plastic, PlasticCoat,
+    PolarizingFilter, Principled, PrincipledParameters, PrincipledThin, PrincipledThinParameters,
+    RoughPlastic, RoughTransmittance, ThinDielectric, Ward, relief_roughness,
 };
 use crate::description::{
     CoatDesc, ConductorColor, FilterModel, IorDesc, MaterialId, MaterialModel, PrincipledDesc,
@@ -52,6 +52,7 @@ enum Tables {
     Smooth(PlasticCoat),
     Rough(Arc<RoughTransmittance>),
     Measured(Arc<MeasuredData>),
+    MeasuredPolarized(Arc<MuellerData>),
 }
 
 /// Where on the way down a nest of materials we are.
@@ -268,6 +269,11 @@ impl Materials {
         true
     }
 
+    /// True for materials of a pbrt scene.
+    pub(crate) fn is_of_pbrt(&self) -> bool {
+        self.two_sided
+    }
+
     /// What a material is.
     pub(crate) fn model(&self, id: MaterialId) -> &MaterialModel {
         &self.models[id.0 as usize]
@@ -446,6 +452,12 @@ impl Materials {
             M::Measured(_) => match &self.tables[id.0 as usize] {
                 Some(Tables::Measured(data)) => {
                     Model::Measured(Measured { data, lambda: *hit.lambda })
+                }
+                _ => return,
+            },
+            M::MeasuredPolarized(_) => match &self.tables[id.0 as usize] {
+                Some(Tables::MeasuredPolarized(data)) => {
+                    Model::MeasuredPolarized(MeasuredPolarized { data, lambda: *hit.lambda })
                 }
                 _ => return,
             },

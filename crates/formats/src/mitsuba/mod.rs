@@ -44,6 +44,7 @@ mod spectra;
 mod steps;
 mod sun_position;
 mod textures;
+mod timed_daylight;
 mod upgrade;
 mod values;
 mod variables;

@@ -36,7 +36,9 @@ pub use material::{
     CoatDesc, ConductorColor, Distribution, FilterModel, IorDesc, MaterialDesc, MaterialId,
     MaterialModel, PrincipledDesc, RoughnessDesc, WardVariant,
 };
-pub use measured::{MeasuredBrdf, MeasuredChannels, SquareTable};
+pub use measured::{
+    MeasuredBrdf, MeasuredChannels, MeasuredMueller, MeasuredPolarizedDesc, SquareTable,
+};
 pub use medium::{
     CloudDesc, CoefficientsDesc, DensityDesc, FieldDesc, GlowDesc, GlowSource, GridDesc,
     GridFilter, GridLayout, MediumDesc, MediumId, PhaseDesc, SggxDesc,
