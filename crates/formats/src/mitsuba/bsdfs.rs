@@ -4,8 +4,8 @@ use super::convert::{Converter, old};
 use super::document::{Kind, Object, ObjectId};
 use super::textures::Role;
 use kaustika_scene::description::{
-    ConductorColor, Distribution, IorDesc, MaterialId, MaterialModel, MeasuredPolarizedDesc,
-    PrincipledDesc, RoughnessDesc, TextureId, TextureNode, WardVariant,
+    ConductorColor, Distribution, IorDesc, MaterialId, MaterialModel, PrincipledDesc,
+    RoughnessDesc, TextureId, TextureNode, WardVariant,
 };
 use kaustika_spectra::SpectrumDesc;
 
@@ -153,35 +153,6 @@ impl<'a> Converter<'a> {
         };
         self.replaced(object, "a diffuse material is used");
         MaterialModel::Diffuse { reflectance }
-    }
-
-    fn measured(&mut self, object: &'a Object) -> MaterialModel {
-        let Some((path, span)) = self.file(object, "filename") else { return self.grey() };
-        match self.measured.read(&path) {
-            Ok(brdf) => MaterialModel::Measured(brdf),
-            Err(cause) => {
-                let message = format!("can't read the measured material: {cause}");
-                self.out.diagnostics.error(span, message);
-                self.grey()
-            }
-        }
-    }
-
-    fn measured_polarized(&mut self, object: &'a Object) -> MaterialModel {
-        let alpha = self.number(object, "alpha_sample", 0.1).clamp(1e-4, 1.0);
-        // -1 means all that were measured.
-        let wavelength = Some(self.number(object, "wavelength", -1.0)).filter(|w| *w != -1.0);
-        let Some((path, span)) = self.file(object, "filename") else { return self.grey() };
-        match self.measured.read_polarized(&path) {
-            Ok(table) => {
-                MaterialModel::MeasuredPolarized(MeasuredPolarizedDesc { table, alpha, wavelength })
-            }
-            Err(cause) => {
-                let message = format!("can't read the measured material: {cause}");
-                self.out.diagnostics.error(span, message);
-                self.grey()
-            }
-        }
     }
 
     /// Marks everything as read, where an error was reported already.

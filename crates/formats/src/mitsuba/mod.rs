@@ -30,6 +30,7 @@ mod gratings;
 mod integrators;
 mod ior;
 mod matrix;
+mod measured;
 mod media;
 mod meters;
 mod nested;
