@@ -479,6 +479,10 @@ fn mark(description: &SceneDescription, id: TextureId, set: &mut HashSet<Texture
             mark(description, *a, set);
             mark(description, *b, set);
         }
+        N::LineGrid { between, lines, .. } => {
+            mark(description, *between, set);
+            mark(description, *lines, set);
+        }
         N::Mix { a, b, .. } => {
             mark(description, *a, set);
             mark(description, *b, set);
@@ -488,6 +492,7 @@ fn mark(description: &SceneDescription, id: TextureId, set: &mut HashSet<Texture
         N::Float(_)
         | N::Spectrum(_)
         | N::Bitmap(_)
+        | N::Grid(_)
         | N::Noise { .. }
         | N::MeshAttribute { .. }
         | N::Step { .. } => {}

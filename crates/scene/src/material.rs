@@ -10,10 +10,10 @@ mod tables;
 
 use crate::bsdf::{
     self, Bsdf, CoatedConductor, CoatedDiffuse, Conductor, ConductorFresnel, Dielectric, Diffuse,
-    DiffuseTransmission, FilterElement, Masking, Measured, MeasuredData, Microfacet, Model, Null,
-    OrenNayar, Part, Phong, Plastic, PlasticCoat, PolarizingFilter, Principled,
-    PrincipledParameters, PrincipledThin, PrincipledThinParameters, RoughPlastic,
-    RoughTransmittance, ThinDielectric, Ward, relief_roughness,
+    DiffuseTransmission, FilterElement, Masking, Measured, MeasuredData, MeasuredPolarized,
+    Microfacet, Model, MuellerData, Null, OrenNayar, Part, Phong, Plastic, PlasticCoat,
+    PolarizingFilter, Principled, PrincipledParameters, PrincipledThin, PrincipledThinParameters,
+    RoughPlastic, RoughTransmittance, ThinDielectric, Ward, relief_roughness,
 };
 use crate::description::{
     CoatDesc, ConductorColor, FilterModel, IorDesc, MaterialId, MaterialModel, PrincipledDesc,
@@ -52,6 +52,7 @@ enum Tables {
     Smooth(PlasticCoat),
     Rough(Arc<RoughTransmittance>),
     Measured(Arc<MeasuredData>),
+    MeasuredPolarized(Arc<MuellerData>),
 }
 
 /// Where on the way down a nest of materials we are.
@@ -268,6 +269,11 @@ impl Materials {
         true
     }
 
+    /// True for materials of a pbrt scene.
+    pub(crate) fn is_of_pbrt(&self) -> bool {
+        self.two_sided
+    }
+
     /// What a material is.
     pub(crate) fn model(&self, id: MaterialId) -> &MaterialModel {
         &self.models[id.0 as usize]
@@ -449,6 +455,12 @@ impl Materials {
                 }
                 _ => return,
             },
+            M::MeasuredPolarized(_) => match &self.tables[id.0 as usize] {
+                Some(Tables::MeasuredPolarized(data)) => {
+                    Model::MeasuredPolarized(MeasuredPolarized { data, lambda: *hit.lambda })
+                }
+                _ => return,
+            },
             M::Coating { material, .. } => {
                 let first = out.parts().len();
                 self.add(*material, place, hit, out);
@@ -506,7 +518,7 @@ impl Place {
 /// ∂p'/∂u = ∂p/∂u + (∂h/∂u - n·∂p/∂u) n, the change of the normal itself left out.
 fn bumped(hit: &Hit, frame: Frame, height: TextureId, scale: f32) -> Frame {
     let (dpdu, dpdv) = hit.geometry.tangents(hit.surface);
-    let grad = hit.textures.gradient(height, hit.at()) * scale;
+    let grad = hit.textures.gradient(height, hit.at(), (dpdu, dpdv)) * scale;
     let n = frame.n;
     let dpdu = dpdu + n * (grad.x - n.dot(dpdu));
     let dpdv = dpdv + n * (grad.y - n.dot(dpdv));

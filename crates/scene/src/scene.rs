@@ -237,6 +237,11 @@ impl Scene {
         }
     }
 
+    /// True if layers show normals on the viewer's side (pbrt).
+    pub fn shows_facing_normals(&self) -> bool {
+        self.materials.is_of_pbrt()
+    }
+
     /// Material of a surface.
     pub fn material_of(&self, s: &Surface) -> MaterialId {
         self.shapes[s.shape as usize].material

@@ -16,11 +16,20 @@ pub fn rectangle() -> TriMesh {
     }
 }
 
-/// The cube [-1,1]³, normals outward, each face with uv over [0,1]².
+/// The cube [-1,1]³, normals outward, each face with uv over [0,1]² as Mitsuba's has it.
 pub fn cube() -> TriMesh {
+    // Where u and v grow on the faces -x, +x, -y, +y, -z, +z; u x v points inward.
+    const UV: [[Vec3; 2]; 6] = [
+        [Vec3::Y, Vec3::Z],
+        [Vec3::Y, Vec3::new(0.0, 0.0, -1.0)],
+        [Vec3::Z, Vec3::X],
+        [Vec3::new(-1.0, 0.0, 0.0), Vec3::new(0.0, 0.0, -1.0)],
+        [Vec3::new(0.0, -1.0, 0.0), Vec3::X],
+        [Vec3::Y, Vec3::X],
+    ];
     let mut mesh = TriMesh::default();
     for axis in 0..3 {
-        for sign in [-1.0f32, 1.0] {
+        for (side, sign) in [-1.0f32, 1.0].into_iter().enumerate() {
             let mut n = Vec3::ZERO;
             n[axis] = sign;
             // Two edges with s x t = n.
@@ -28,8 +37,10 @@ pub fn cube() -> TriMesh {
             s[(axis + 1) % 3] = 1.0;
             let t = n.cross(s);
             let base = mesh.positions.len() as u32;
-            for (u, v) in [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)] {
-                mesh.positions.push(n + s * (2.0 * u - 1.0) + t * (2.0 * v - 1.0));
+            for (a, b) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
+                let p = n + s * a + t * b;
+                let [u, v] = UV[2 * axis + side].map(|grows| 0.5 * (1.0 + p.dot(grows)));
+                mesh.positions.push(p);
                 mesh.uvs.push(Vec2::new(u, v));
             }
             mesh.indices.push([base, base + 1, base + 2]);
@@ -92,6 +103,32 @@ pub fn bilinear_patches(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Corners as `mitsuba.traverse` lists them (3.9.1), one or two a face.
+    #[test]
+    fn uv_of_the_cube_are_mitsubas() {
+        let cube = cube();
+        for (p, n, uv) in [
+            ([1.0, -1.0, -1.0], -Vec3::Y, [0.0, 1.0]),
+            ([-1.0, -1.0, 1.0], -Vec3::Y, [1.0, 0.0]),
+            ([-1.0, 1.0, -1.0], Vec3::Y, [1.0, 1.0]),
+            ([1.0, 1.0, 1.0], Vec3::Y, [0.0, 0.0]),
+            ([1.0, 1.0, -1.0], Vec3::X, [1.0, 1.0]),
+            ([1.0, -1.0, 1.0], Vec3::X, [0.0, 0.0]),
+            ([1.0, -1.0, 1.0], Vec3::Z, [0.0, 1.0]),
+            ([-1.0, 1.0, 1.0], Vec3::Z, [1.0, 0.0]),
+            ([-1.0, 1.0, 1.0], -Vec3::X, [1.0, 1.0]),
+            ([-1.0, -1.0, -1.0], -Vec3::X, [0.0, 0.0]),
+            ([1.0, 1.0, -1.0], -Vec3::Z, [0.0, 1.0]),
+            ([-1.0, -1.0, -1.0], -Vec3::Z, [1.0, 0.0]),
+        ] {
+            let face = cube.positions.chunks(4).position(|c| c.iter().all(|q| q.dot(n) == 1.0));
+            let first = 4 * face.expect("a face of each side");
+            let corner = (first..first + 4).find(|i| cube.positions[*i] == Vec3::from(p));
+            let found = cube.uvs[corner.expect("a corner of the face")];
+            assert_eq!([found.x, found.y], uv, "{p:?} on {n:?}");
+        }
+    }
 
     #[test]
     fn faces_turn_outward() {

@@ -42,7 +42,7 @@ pub use matrix::Matrix3;
 pub use named::{
     NamedSpectrum, conductor, conductor_names, ior_by_name, ior_names, named, names, suggest,
 };
-pub use photometry::{luminance_of, photometric_integral, xyz_of};
+pub use photometry::{luminance_of, photometric_integral, rec709_luminance, xyz_of};
 pub use planck::{blackbody, wien_peak};
 pub use rgb_table::{RgbToSpectrum, eval_rgb_albedo, eval_rgb_illuminant, eval_rgb_unbounded};
 pub use sensor::{Sensor, bradford_adaptation};

@@ -101,7 +101,7 @@ impl Spectrum {
 
 /// Luminance of linear sRGB.
 #[inline]
-pub(crate) fn rec709_luminance(rgb: [f32; 3]) -> f32 {
+pub fn rec709_luminance(rgb: [f32; 3]) -> f32 {
     REC709[0] * rgb[0] + REC709[1] * rgb[1] + REC709[2] * rgb[2]
 }
 

@@ -22,8 +22,14 @@ pub fn describe(
             .rgb(bsdf.albedo(wo), lambda)
             .map(|v| v.clamp(0.0, 1.0)),
     };
-    record.normal = s.ng.into();
-    record.shading_normal = bsdf.shading_normal().into();
+    let (n, ns) = (s.ng, bsdf.shading_normal());
+    let (n, ns) = match scene.shows_facing_normals() {
+        true => (n.face_forward(wo), ns.face_forward(wo)),
+        // Materials turn their frame over on the back.
+        false => (n, ns.face_forward(n)),
+    };
+    record.normal = n.into();
+    record.shading_normal = ns.into();
     record.depth = s.t;
     record.position = s.p.into();
     record.uv = [s.uv.x, s.uv.y];

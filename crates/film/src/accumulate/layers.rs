@@ -8,9 +8,10 @@ use std::str::FromStr;
 pub enum Feature {
     /// Directional albedo as linear RGB; 1 where light is met, 0 where nothing is.
     Albedo,
-    /// Geometric normal in world space.
+    /// Geometric normal in world space, on the front of the surface; in pbrt's scenes on the
+    /// viewer's side.
     Normal,
-    /// Shading normal in world space.
+    /// Shading normal in world space, bump and normal maps included, on the same side.
     ShadingNormal,
     /// Distance from the camera along the ray.
     Depth,

@@ -2,11 +2,14 @@
 //! Adaptive Parameterization for Efficient Material Acquisition and Rendering"), spectral and RGB,
 //! isotropic and anisotropic.
 
+mod polarized;
 mod tensor;
 #[cfg(test)]
 pub(crate) mod tests;
 
-use kaustika_scene::description::{MeasuredBrdf, MeasuredChannels, SquareTable};
+pub use polarized::parse_polarized;
+
+use kaustika_scene::description::{MeasuredBrdf, MeasuredChannels, MeasuredMueller, SquareTable};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -16,6 +19,7 @@ use tensor::TensorFile;
 #[derive(Debug, Default)]
 pub(crate) struct MeasuredFiles {
     known: HashMap<PathBuf, Arc<MeasuredBrdf>>,
+    polarized: HashMap<PathBuf, Arc<MeasuredMueller>>,
 }
 
 impl MeasuredFiles {
@@ -27,6 +31,19 @@ impl MeasuredFiles {
         let brdf = Arc::new(read_measured(path)?);
         self.known.insert(path.to_owned(), brdf.clone());
         Ok(brdf)
+    }
+
+    /// Reads a material that polarizes.
+    ///
+    /// # Errors
+    /// A one-line cause: the file can't be read, or as [`parse_polarized`].
+    pub(crate) fn read_polarized(&mut self, path: &Path) -> Result<Arc<MeasuredMueller>, String> {
+        if let Some(known) = self.polarized.get(path) {
+            return Ok(known.clone());
+        }
+        let made = Arc::new(parse_polarized(std::fs::read(path).map_err(|e| e.to_string())?)?);
+        self.polarized.insert(path.to_owned(), made.clone());
+        Ok(made)
     }
 }
 

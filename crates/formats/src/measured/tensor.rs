@@ -112,14 +112,35 @@ impl TensorFile {
     /// # Errors
     /// If there is none of that name, type and number of dimensions; a one-line cause.
     pub fn floats<const N: usize>(&self, name: &str) -> Result<(Vec<f32>, [usize; N]), String> {
+        let (values, shape) = self.floats_or_nan(name)?;
+        match values.iter().position(|v| !v.is_finite()) {
+            Some(i) => Err(format!("number {i} of field `{name}` is not finite")),
+            None => Ok((values, shape)),
+        }
+    }
+
+    /// As [`TensorFile::floats`] of any numbers.
+    ///
+    /// # Errors
+    /// As [`TensorFile::floats`], but for their kind.
+    pub fn floats_or_nan<const N: usize>(
+        &self,
+        name: &str,
+    ) -> Result<(Vec<f32>, [usize; N]), String> {
         let (bytes, shape) = self.find(name, "float32", N)?;
         let (chunks, _) = bytes.as_chunks::<4>();
-        let values: Vec<f32> = chunks.iter().map(|c| f32::from_le_bytes(*c)).collect();
-        if let Some(i) = values.iter().position(|v| !v.is_finite()) {
-            return Err(format!("number {i} of field `{name}` is not finite"));
-        }
+        let values = chunks.iter().map(|c| f32::from_le_bytes(*c)).collect();
         // `find` has checked that there are N.
         Ok((values, std::array::from_fn(|i| shape[i])))
+    }
+
+    /// The numbers of a list of 16-bit integers.
+    ///
+    /// # Errors
+    /// As [`TensorFile::floats`].
+    pub fn shorts(&self, name: &str) -> Result<Vec<u16>, String> {
+        let (bytes, _) = self.find(name, "uint16", 1)?;
+        Ok(bytes.as_chunks::<2>().0.iter().map(|c| u16::from_le_bytes(*c)).collect())
     }
 
     /// The first of an array of bytes.

@@ -121,3 +121,51 @@ fn damaged_files_do_no_harm() {
         }
     }
 }
+
+/// A pBRDF with two values of each angle and one wavelength.
+fn polarized_fields() -> Vec<Field<'static>> {
+    let two = || floats(&[0.0, 1.0]);
+    vec![
+        ("theta_h", 10, vec![1, 2], two()),
+        ("theta_d", 10, vec![1, 2], two()),
+        ("phi_d", 10, vec![1, 2], two()),
+        ("wvls", 3, vec![1], 550u16.to_le_bytes().to_vec()),
+        counted("M", &[2, 2, 2, 1, 4, 4]),
+    ]
+}
+
+#[test]
+fn polarized_files_are_read() {
+    let table = parse_polarized(written(&polarized_fields())).expect("a good file");
+    assert_eq!((table.wavelengths, table.phi_d), (vec![550.0], vec![0.0, 1.0]));
+    assert_eq!((table.values.len(), table.values[17]), (128, 17.0));
+    let mut unknown = polarized_fields();
+    unknown[4].3[..4].copy_from_slice(&f32::NAN.to_le_bytes());
+    assert!(parse_polarized(written(&unknown)).expect("a good file").values[0].is_nan());
+}
+
+#[test]
+fn faults_of_polarized_files_are_named() {
+    let fault = |change: &dyn Fn(&mut Vec<Field<'static>>)| {
+        let mut fields = polarized_fields();
+        change(&mut fields);
+        parse_polarized(written(&fields)).expect_err("a bad file")
+    };
+    assert_eq!(fault(&|f| drop(f.remove(3))), "it has no field `wvls`");
+    assert_eq!(
+        fault(&|f| f[4] = counted("M", &[2, 2, 2, 2, 4, 4])),
+        "field `M` is 2 x 2 x 2 x 2 x 4 x 4, not 2 x 2 x 2 x 1 x 4 x 4"
+    );
+    assert_eq!(
+        fault(&|f| f[1] = counted("theta_d", &[2, 2])),
+        "field `theta_d` has 2 rows, not one"
+    );
+    assert_eq!(
+        fault(&|f| f[2].3 = floats(&[1.0, 1.0])),
+        "number 1 of field `phi_d` is not above the one before"
+    );
+    assert_eq!(fault(&|f| f[3].1 = 1), "field `wvls` is uint8 of 1 dimensions, not uint16 of 1");
+    for end in 0..written(&polarized_fields()).len() {
+        assert!(parse_polarized(written(&polarized_fields())[..end].to_vec()).is_err());
+    }
+}

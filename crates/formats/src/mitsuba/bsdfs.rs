@@ -133,7 +133,8 @@ impl<'a> Converter<'a> {
             "hair" => self.hair(object),
             "grating" => self.grating(object),
             "measured" => self.measured(object),
-            "irawan" | "measured_polarized" => self.stand_in(object, ""),
+            "measured_polarized" => self.measured_polarized(object),
+            "irawan" => self.stand_in(object, ""),
             "polarizer" | "retarder" | "circular" => self.polarizing_filter(object),
             "mask" | "twosided" | "bumpmap" | "bump" | "normalmap" | "blendbsdf"
             | "mixturebsdf" | "coating" | "roughcoating" => self.nested_model(object),
@@ -152,18 +153,6 @@ impl<'a> Converter<'a> {
         };
         self.replaced(object, "a diffuse material is used");
         MaterialModel::Diffuse { reflectance }
-    }
-
-    fn measured(&mut self, object: &'a Object) -> MaterialModel {
-        let Some((path, span)) = self.file(object, "filename") else { return self.grey() };
-        match self.measured.read(&path) {
-            Ok(brdf) => MaterialModel::Measured(brdf),
-            Err(cause) => {
-                let message = format!("can't read the measured material: {cause}");
-                self.out.diagnostics.error(span, message);
-                self.grey()
-            }
-        }
     }
 
     /// Marks everything as read, where an error was reported already.

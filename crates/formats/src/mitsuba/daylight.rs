@@ -1,4 +1,4 @@
-//! Sun and sky: `sunsky` of Mitsuba 3; `sky`, `sun` and `sunsky` of 0.6.
+//! Sun and sky: `sunsky` of Mitsuba 3, and `timed_sunsky` at one moment; `sky`, `sun` and `sunsky` of 0.6.
 //!
 //! Both take the sky of Hosek and Wilkie. The sun is theirs in Mitsuba 3, Preetham's in 0.6. Where
 //! the sun stands follows from date, time and place, or is given as a direction in the world.
@@ -14,7 +14,7 @@ use kaustika_spectra::{SpectrumDesc, hosek_sun, preetham_sun};
 use std::f32::consts::{FRAC_PI_2, PI};
 
 /// Diameter of the sun seen from the earth, degrees.
-const APERTURE: f32 = 0.5358;
+pub(super) const APERTURE: f32 = 0.5358;
 
 /// What tells the time and the place.
 const MOMENT: [&str; 9] =
@@ -37,7 +37,7 @@ impl<'a> Converter<'a> {
         };
         let scale = if old(object) { self.number(object, "scale", 1.0) } else { 1.0 };
         let [sky_scale, sun_scale] = match object.plugin.as_str() {
-            "sunsky" => {
+            "sunsky" | "timed_sunsky" => {
                 [self.number(object, "sky_scale", scale), self.number(object, "sun_scale", scale)]
             }
             _ => [scale; 2],
@@ -58,7 +58,18 @@ impl<'a> Converter<'a> {
                 .warning(span, "a sun that darkens toward its limb is not supported")
                 .label("a disc of the same mean is used");
         }
-        let Some(sun) = self.sun(object, &transform) else { return Vec::new() };
+        let sun = match object.plugin.as_str() {
+            "timed_sunsky" => match self.course(object) {
+                Some(course) if course.is_moment() => self.risen(object, course.sun(0.0)),
+                Some(course) => {
+                    let sky = SkyDesc { turbidity, albedo, sun: Vec3::Z, stretch, extend };
+                    return vec![course.mean(&sky, [sky_scale, sun_scale], transform)];
+                }
+                None => None,
+            },
+            _ => self.sun(object, &transform),
+        };
+        let Some(sun) = sun else { return Vec::new() };
 
         let mut lights = Vec::new();
         if with_sky && sky_scale > 0.0 {
@@ -96,13 +107,13 @@ impl<'a> Converter<'a> {
                 }
             }
         } else {
-            let (zenith, azimuth) = self.moment(object).sun();
-            let (sin, cos) = azimuth.sin_cos();
-            // Azimuths count from north, which is -z by way of +x in 0.6, and from -x by way of -y
-            // in Mitsuba 3.
-            let [x, y] = if old(object) { [sin, cos] } else { [-cos, -sin] };
-            vec3([x * zenith.sin(), y * zenith.sin(), zenith.cos()])
+            toward_sun(&self.moment(object), old(object))
         };
+        self.risen(object, sun)
+    }
+
+    /// The direction, or a message where it is below the horizon.
+    fn risen(&mut self, object: &Object, sun: Vec3) -> Option<Vec3> {
         if sun.z >= 0.0 {
             return Some(sun);
         }
@@ -160,6 +171,16 @@ impl<'a> Converter<'a> {
             SpectrumDesc::Constant(default)
         })
     }
+}
+
+/// The direction to the sun in light space.
+pub(super) fn toward_sun(moment: &Moment, old: bool) -> Vec3 {
+    let (zenith, azimuth) = moment.sun();
+    let (sin, cos) = azimuth.sin_cos();
+    // Azimuths count from north, which is -z by way of +x in 0.6, and from -x by way of -y in
+    // Mitsuba 3.
+    let [x, y] = if old { [sin, cos] } else { [-cos, -sin] };
+    vec3([x * zenith.sin(), y * zenith.sin(), zenith.cos()])
 }
 
 /// The sun's disc of a radius in degrees, as much light as one of its true size; a directional

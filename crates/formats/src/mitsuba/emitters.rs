@@ -54,15 +54,11 @@ impl<'a> Converter<'a> {
             }
             "envmap" => self.envmap(object).into_iter().collect(),
             "projector" => vec![self.projector(object)],
-            "sunsky" | "sun" | "sky" => self.daylight(object),
+            "sunsky" | "timed_sunsky" | "sun" | "sky" => self.daylight(object),
             "collimated" => {
                 self.note_unconnected(object);
                 let (power, scale) = self.light_spectrum(object, "power", 1.0);
                 vec![(LightKind::Beam { power, scale }, self.transform(object, "to_world"))]
-            }
-            "timed_sunsky" => {
-                self.replaced(object, "left out");
-                Vec::new()
             }
             _ => {
                 self.unknown_plugin(object, KNOWN);

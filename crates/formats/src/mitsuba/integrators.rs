@@ -2,7 +2,7 @@
 
 use super::convert::Converter;
 use super::document::{Kind, Object, ObjectId};
-use kaustika_scene::description::IntegratorDesc;
+use kaustika_scene::description::{IntegratorDesc, Span};
 
 /// Integrators of Mitsuba 3 and 0.6.
 const KNOWN: &[&str] = &[
@@ -37,6 +37,23 @@ const KNOWN: &[&str] = &[
     "mtspath",
 ];
 
+/// Kinds of layers of `aov`, and what of Kaustika's has the same values.
+const LAYERS: &[(&str, Option<&str>)] = &[
+    ("albedo", Some("albedo")),
+    ("depth", Some("depth")),
+    ("position", Some("position")),
+    ("uv", Some("uv")),
+    ("geo_normal", Some("normal")),
+    ("sh_normal", Some("sh_normal")),
+    ("shape_index", Some("shape_id")),
+    ("prim_index", None),
+    ("dp_du", None),
+    ("dp_dv", None),
+    ("duv_dx", None),
+    ("duv_dy", None),
+    ("boundary_test", None),
+];
+
 /// Those whose parameters are all known here; others have settings of their own.
 const PLAIN: &[&str] = &["path", "direct", "volpath", "volpathmis", "volpath_simple", "ptracer"];
 
@@ -53,14 +70,23 @@ impl<'a> Converter<'a> {
         if object.plugin == "aov" {
             self.layers(object);
         }
-        // Integrators around others (`moment`, `aov`, `adaptive`, ...) add to what these do.
+        // Integrators around others (`moment`, `aov`, `adaptive`, ...) add to what these do; of
+        // several the first that makes a picture counts.
         let inner = self.children(object, Kind::Integrator);
-        if let Some((_, child)) = inner.first() {
+        let (depths, pictures): (Vec<_>, Vec<_>) =
+            inner.into_iter().partition(|(_, child)| self.object(*child).plugin == "depth");
+        for (_, child) in depths {
+            self.depth_layer(self.object(child));
+        }
+        if let Some((_, child)) = pictures.first() {
             let made = self.guarded(id, |c| c.integrator(*child));
             if made.is_some() {
                 self.out.integrator.polarized |= object.plugin == "stokes";
                 return;
             }
+        }
+        if object.plugin == "depth" {
+            self.depth_layer(object);
         }
         if !KNOWN.contains(&object.plugin.as_str()) {
             self.out
@@ -119,7 +145,7 @@ impl<'a> Converter<'a> {
         for item in text.split(',').map(str::trim).filter(|i| !i.is_empty()) {
             match item.split_once(':') {
                 Some((name, kind)) if !name.is_empty() && !kind.is_empty() => {
-                    self.aovs.push(kind.trim().to_string());
+                    self.layer(kind.trim(), span);
                 }
                 _ => {
                     let message = format!("expected `name:kind`, found `{item}`");
@@ -127,6 +153,29 @@ impl<'a> Converter<'a> {
                 }
             }
         }
+    }
+
+    /// One kind of layer.
+    fn layer(&mut self, kind: &str, span: Span) {
+        match LAYERS.iter().find(|(name, _)| *name == kind) {
+            Some((_, Some(ours))) => self.aovs.push(ours.to_string()),
+            Some((_, None)) => {
+                let message = format!("there is no layer `{kind}`, it is left out");
+                self.out.diagnostics.warning(span, message);
+            }
+            None => {
+                let known: Vec<&str> = LAYERS.iter().map(|(name, _)| *name).collect();
+                let message = format!("unknown layer `{kind}`");
+                self.out.diagnostics.error(span, message).nearest(kind, &known);
+            }
+        }
+    }
+
+    /// What the integrator `depth` shows is a layer beside the picture.
+    fn depth_layer(&mut self, object: &Object) {
+        self.aovs.push("depth".to_string());
+        let message = "the distances of integrator `depth` are the layer Depth.Z";
+        self.out.diagnostics.note(object.span, message);
     }
 
     fn note_unread(&mut self, object: &Object) {

@@ -30,6 +30,7 @@ mod gratings;
 mod integrators;
 mod ior;
 mod matrix;
+mod measured;
 mod media;
 mod meters;
 mod nested;
@@ -44,9 +45,11 @@ mod spectra;
 mod steps;
 mod sun_position;
 mod textures;
+mod timed_daylight;
 mod upgrade;
 mod values;
 mod variables;
+mod volumes;
 
 #[cfg(test)]
 mod tests;

@@ -33,7 +33,7 @@ pub(super) struct Moment {
 impl Moment {
     /// (1): the Julian date by Fliegel and Van Flandern's formula (1968), whose divisions round
     /// toward zero.
-    fn days(&self, universal: f64) -> f64 {
+    pub fn days(&self, universal: f64) -> f64 {
         let (y, m, d) = (self.year, self.month, self.day);
         let a = (m - 14) / 12;
         let number = (1461 * (y + 4800 + a)) / 4 + (367 * (m - 2 - 12 * a)) / 12

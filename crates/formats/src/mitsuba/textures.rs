@@ -158,16 +158,20 @@ impl<'a> Converter<'a> {
             }
             "scale" => self.scale_plugin(object, role),
             "gridtexture" => {
-                let color = self.texture(object, "color0", 0.2, role);
-                self.replaced(object, "its first colour is used without the lines");
-                color
+                let between = self.texture(object, "color0", 0.2, role);
+                let lines = self.texture(object, "color1", 0.4, role);
+                let half_width = self.number(object, "line_width", 0.01);
+                let mapping = TextureMapping::Uv(self.uv_mapping(object));
+                let node = TextureNode::LineGrid { between, lines, half_width, mapping };
+                self.out.add_texture(node, span)
             }
+            "volume" => self.volume_texture(object, role),
             "wireframe" => {
                 let color = self.texture(object, "interior_color", 0.5, role);
                 self.replaced(object, "its interior colour is used");
                 color
             }
-            "curvature" | "volume" => {
+            "curvature" => {
                 self.replaced(object, "0.5 is used everywhere");
                 self.out.float(0.5)
             }

@@ -343,7 +343,13 @@ impl Reader {
                     self.diag.error(value.span, message);
                 }
             },
-            "rendercoordsys" | "wavefront" | "msereferenceimage" | "msereferenceout" => {}
+            // Neither changes the picture.
+            "rendercoordsys" | "wavefront" => {}
+            "msereferenceimage" | "msereferenceout" => {
+                let message = format!("option `{}` is ignored", name.text);
+                let hint = "`kaustika compare` measures errors";
+                self.diag.note(name.span, message).hint(hint);
+            }
             "displacementedgescale" => match super::number::scan_f32(text.as_bytes(), 0) {
                 Some((scale, _)) => self.scene.edge_scale = Some(scale),
                 None => {

@@ -8,7 +8,7 @@ use crate::presets::{preset, preset_names};
 use kaustika_math::{Transform, Vec3};
 use kaustika_scene::description::{
     CloudDesc, CoefficientsDesc, DensityDesc, FieldDesc, GlowDesc, GlowSource, GridDesc,
-    GridLayout, MediumDesc, PhaseDesc,
+    GridFilter, GridLayout, MediumDesc, PhaseDesc,
 };
 use kaustika_spectra::{ColorSpace, SpectrumDesc};
 use std::sync::Arc;
@@ -193,7 +193,14 @@ impl Builder {
             return None;
         }
         let layout = GridLayout::CellsFading;
-        Some(Arc::new(GridDesc { resolution, channels, values, to_world: *extent, layout }))
+        Some(Arc::new(GridDesc {
+            resolution,
+            channels,
+            values,
+            to_world: *extent,
+            layout,
+            filter: GridFilter::Trilinear,
+        }))
     }
 
     fn uniform_grid(&mut self, e: &mut Entity, to_world: &Transform) -> Option<Parts> {

@@ -5,7 +5,9 @@ use super::entity::Entity;
 use super::media::Parts;
 use crate::nanovdb::{DenseGrid, NanoVdbFile};
 use kaustika_math::{Bounds3, Transform};
-use kaustika_scene::description::{DensityDesc, GlowDesc, GlowSource, GridDesc, GridLayout};
+use kaustika_scene::description::{
+    DensityDesc, GlowDesc, GlowSource, GridDesc, GridFilter, GridLayout,
+};
 use std::sync::Arc;
 
 impl Builder {
@@ -80,5 +82,6 @@ fn described(grid: DenseGrid, to_world: &Transform) -> Arc<GridDesc> {
         values: grid.values,
         to_world: *to_world * grid.to_world * cells,
         layout: GridLayout::CellsFading,
+        filter: GridFilter::Trilinear,
     })
 }

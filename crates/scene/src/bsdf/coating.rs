@@ -11,8 +11,8 @@
 //! ```
 //!
 //! Mitsuba 0.6's `coating` (smooth) and `roughcoating` (facts read in their sources), after Weidlich
-//! & Wilkie 2007, "Arbitrarily Layered Micro-Facet Surfaces". Mitsuba 3's `pplastic` without its
-//! polarization is a rough coat that lets light through as a smooth one does, over a matte base.
+//! & Wilkie 2007, "Arbitrarily Layered Micro-Facet Surfaces". Mitsuba 3's `pplastic` is a
+//! rough coat that lets light through as a smooth one does, over a matte base; only that [`polarized`].
 
 use super::fresnel::{fresnel_dielectric, reflect};
 use super::{
@@ -129,6 +129,18 @@ impl<'a> Coating<'a> {
         }
     }
 
+    /// The first part of (1), where it is no mirror.
+    fn coat(&self, wo: Vec3, wi: Vec3, lobes: Lobes) -> Spectrum {
+        if !lobes.has(self.coat_class() & Lobes::SMOOTH) {
+            return Spectrum::ZERO;
+        }
+        let wm = (wo + wi).normalize();
+        let f = fresnel_dielectric(wo.dot(wm), self.layer.eta).reflectance;
+        let surface = self.layer.surface;
+        let facets = surface.d(wm) * surface.g2(wo, wi) / (4.0 * wo.z);
+        self.layer.reflectance * (f * facets)
+    }
+
     /// The base's mirror seen through the coat: its value and probability among `lobes`.
     fn base_mirror(&self, wo: Vec3, lobes: Lobes) -> Option<(Spectrum, f32)> {
         let wi = Vec3::new(-wo.x, -wo.y, wo.z);
@@ -170,14 +182,7 @@ impl Scatter for Coating<'_> {
         if wo.z <= 0.0 || wi.z <= 0.0 {
             return Spectrum::ZERO;
         }
-        let mut value = Spectrum::ZERO;
-        if lobes.has(self.coat_class() & Lobes::SMOOTH) {
-            let wm = (wo + wi).normalize();
-            let f = fresnel_dielectric(wo.dot(wm), self.layer.eta).reflectance;
-            let surface = self.layer.surface;
-            let facets = surface.d(wm) * surface.g2(wo, wi) / (4.0 * wo.z);
-            value += self.layer.reflectance * (f * facets);
-        }
+        let mut value = self.coat(wo, wi, lobes);
         if let Some((kept, o, i)) = self.inside(wo, wi) {
             let below = self.base.as_model().eval(o, i, mode, lobes);
             value += below * kept * (wi.z / (sqr(self.layer.eta) * i.z));
@@ -266,5 +271,6 @@ impl Scatter for Coating<'_> {
     }
 }
 
+mod polarized;
 #[cfg(test)]
 mod tests;

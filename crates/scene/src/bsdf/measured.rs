@@ -21,8 +21,10 @@ mod tests;
 use super::fresnel::reflect;
 use super::{BsdfSample, Lobes, Mode, Scatter};
 pub use data::MeasuredData;
+pub(super) use data::rgb_of_nodes;
 use kaustika_math::{Vec2, Vec3, sqr};
 use kaustika_spectra::{Spectrum, Wavelengths};
+pub(super) use squares::interval;
 use squares::{Node, bilinear};
 use std::f32::consts::PI;
 

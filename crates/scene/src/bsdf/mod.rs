@@ -33,6 +33,7 @@ mod hair;
 mod layered;
 mod lobes;
 mod measured;
+mod measured_polarized;
 mod metallic_roughness;
 mod microfacet;
 mod model;
@@ -63,6 +64,7 @@ pub use hair::{Across, EUMELANIN, Hair, HairParameters, PHEOMELANIN, absorption_
 pub use layered::{Coat, CoatedConductor, CoatedDiffuse, Layered};
 pub use lobes::Lobes;
 pub use measured::{Measured, MeasuredData};
+pub use measured_polarized::{MeasuredPolarized, MuellerData};
 pub use metallic_roughness::{
     Boundary, Clearcoat, Film, MetallicRoughness, MetallicRoughnessParameters,
 };

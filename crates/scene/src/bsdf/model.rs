@@ -2,9 +2,9 @@
 
 use super::{
     BsdfSample, CoatedConductor, CoatedDiffuse, Coating, Conductor, Dielectric, Diffuse,
-    DiffuseTransmission, Grating, Hair, Lobes, Measured, MetallicRoughness, Mode, Null, OrenNayar,
-    Phong, Plastic, PolarizingFilter, Principled, PrincipledThin, RoughPlastic, Scatter,
-    ThinDielectric, Ward,
+    DiffuseTransmission, Grating, Hair, Lobes, Measured, MeasuredPolarized, MetallicRoughness,
+    Mode, Null, OrenNayar, Phong, Plastic, PolarizingFilter, Principled, PrincipledThin,
+    RoughPlastic, Scatter, ThinDielectric, Ward,
 };
 use kaustika_math::{Vec2, Vec3};
 use kaustika_spectra::Spectrum;
@@ -91,6 +91,8 @@ models! {
     Hair(Hair),
     /// What was measured.
     Measured(Measured<'a>),
+    /// What was measured, with its polarization.
+    MeasuredPolarized(MeasuredPolarized<'a>),
     /// Polarizer or retarder.
     PolarizingFilter(PolarizingFilter),
     /// Nothing there.
@@ -101,7 +103,12 @@ models! {
 #[test]
 fn rare_models_are_no_larger_than_frequent_ones() {
     let frequent = size_of::<CoatedConductor>();
-    let rare =
-        [size_of::<Coating>(), size_of::<Grating>(), size_of::<Hair>(), size_of::<Measured>()];
+    let rare = [
+        size_of::<Coating>(),
+        size_of::<Grating>(),
+        size_of::<Hair>(),
+        size_of::<Measured>(),
+        size_of::<MeasuredPolarized>(),
+    ];
     assert!(rare.iter().all(|size| *size <= frequent), "{rare:?}, {frequent}");
 }

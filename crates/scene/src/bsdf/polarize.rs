@@ -73,6 +73,8 @@ impl Model<'_> {
             Model::ThinDielectric(m) => m,
             Model::PolarizingFilter(m) => m,
             Model::Null(m) => m,
+            Model::MeasuredPolarized(m) => m,
+            Model::Coating(m) => return m.polarization(wo, wi),
             _ => return None,
         };
         Some(model.polarization(wo, wi))

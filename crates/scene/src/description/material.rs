@@ -1,7 +1,8 @@
 //! Materials: what the readers found, in Kaustika's own set of scattering models.
 
 use super::{
-    GratingDesc, HairDesc, MeasuredBrdf, MetallicRoughnessDesc, Span, TangentSpace, TextureId,
+    GratingDesc, HairDesc, MeasuredBrdf, MeasuredPolarizedDesc, MetallicRoughnessDesc, Span,
+    TangentSpace, TextureId,
 };
 use std::sync::Arc;
 
@@ -213,6 +214,8 @@ pub enum MaterialModel {
     Hair(HairDesc),
     /// Measured (Dupuy & Jakob 2018), of pbrt and Mitsuba 3.
     Measured(Arc<MeasuredBrdf>),
+    /// Measured with its polarization (Baek et al. 2020), of Mitsuba 3.
+    MeasuredPolarized(MeasuredPolarizedDesc),
     /// A random choice, (1 - amount) a + amount b.
     Mix {
         /// At amount 0.

@@ -1,5 +1,7 @@
 //! Measured reflectance, as its files have it.
 
+use std::sync::Arc;
+
 /// A BRDF in the adaptive parameterisation of Dupuy & Jakob 2018: unit squares of half vectors and
 /// of samples for each direction seen from.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -55,4 +57,31 @@ impl MeasuredChannels {
             MeasuredChannels::Wavelengths(l) => l.len(),
         }
     }
+}
+
+/// A pBRDF (Baek et al. 2020): Mueller matrices over Rusinkiewicz's angles and wavelengths.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MeasuredMueller {
+    /// Azimuths of the difference vector, radians, increasing.
+    pub phi_d: Vec<f32>,
+    /// Its angles from the half vector, radians, increasing.
+    pub theta_d: Vec<f32>,
+    /// Angles of the half vector from the normal, radians, increasing.
+    pub theta_h: Vec<f32>,
+    /// nm, increasing.
+    pub wavelengths: Vec<f32>,
+    /// Matrices row by row, 1/sr, of φ_d, θ_d, θ_h and wavelength, which runs fastest; NaN where
+    /// nothing was measured. Frames: x the normal of the plane of both directions.
+    pub values: Vec<f32>,
+}
+
+/// A measured material that polarizes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeasuredPolarizedDesc {
+    /// What was measured.
+    pub table: Arc<MeasuredMueller>,
+    /// Roughness of the GGX facets that directions are drawn by, > 0.
+    pub alpha: f32,
+    /// nm: the material is as there at every wavelength.
+    pub wavelength: Option<f32>,
 }

@@ -72,7 +72,7 @@ pub enum FieldDesc {
     Grid(Arc<GridDesc>),
 }
 
-/// Samples on a regular grid, interpolated trilinearly.
+/// Samples on a regular grid.
 #[derive(Clone, PartialEq)]
 pub struct GridDesc {
     /// Samples along x, y and z, each at least 1.
@@ -85,6 +85,8 @@ pub struct GridDesc {
     pub to_world: Transform,
     /// Where in the cube they lie.
     pub layout: GridLayout,
+    /// Between them.
+    pub filter: GridFilter,
 }
 
 impl std::fmt::Debug for GridDesc {
@@ -97,6 +99,7 @@ impl std::fmt::Debug for GridDesc {
             .field("values", &self.values.iter().fold(0, mix))
             .field("to_world", &self.to_world)
             .field("layout", &self.layout)
+            .field("filter", &self.filter)
             .finish()
     }
 }
@@ -106,10 +109,24 @@ impl std::fmt::Debug for GridDesc {
 pub enum GridLayout {
     /// In the centres of cells; the border's value beyond (Mitsuba 3).
     CellsClamped,
+    /// In the centres of cells; they repeat.
+    CellsRepeated,
+    /// In the centres of cells; they repeat mirrored.
+    CellsMirrored,
     /// In the centres of cells; nothing beyond (pbrt).
     CellsFading,
     /// On the corners of cells, from face to face of the cube (Mitsuba 0.6).
     Corners,
+}
+
+/// What lies between the samples of a grid.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum GridFilter {
+    /// Trilinear interpolation.
+    #[default]
+    Trilinear,
+    /// The nearest sample's value.
+    Nearest,
 }
 
 /// Emission: the radiance that absorption gives back, Lₑ in σₐ Lₑ.

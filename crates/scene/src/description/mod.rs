@@ -36,10 +36,12 @@ pub use material::{
     CoatDesc, ConductorColor, Distribution, FilterModel, IorDesc, MaterialDesc, MaterialId,
     MaterialModel, PrincipledDesc, RoughnessDesc, WardVariant,
 };
-pub use measured::{MeasuredBrdf, MeasuredChannels, SquareTable};
+pub use measured::{
+    MeasuredBrdf, MeasuredChannels, MeasuredMueller, MeasuredPolarizedDesc, SquareTable,
+};
 pub use medium::{
     CloudDesc, CoefficientsDesc, DensityDesc, FieldDesc, GlowDesc, GlowSource, GridDesc,
-    GridLayout, MediumDesc, MediumId, PhaseDesc, SggxDesc,
+    GridFilter, GridLayout, MediumDesc, MediumId, PhaseDesc, SggxDesc,
 };
 pub use mesh::{DisplacedMesh, MeshAttribute, TriMesh};
 pub use metallic_roughness::{

@@ -1,6 +1,6 @@
 //! Textures: trees of nodes that give a number or a spectrum at a surface point.
 
-use super::{Bitmap, Span};
+use super::{Bitmap, GridDesc, Span};
 use kaustika_math::{Affine2, Transform};
 use kaustika_spectra::{ColorSpace, SpectrumDesc};
 use std::sync::Arc;
@@ -104,6 +104,19 @@ pub enum TextureNode {
         /// World to texture space.
         to_texture: Transform,
     },
+    /// Lines along u = 0 and v = 0 modulo 1 (Mitsuba 0.6's gridtexture).
+    LineGrid {
+        /// Between the lines.
+        between: TextureId,
+        /// On them.
+        lines: TextureId,
+        /// Half their width, in uv.
+        half_width: f32,
+        /// Mapping of uv.
+        mapping: TextureMapping,
+    },
+    /// What a grid in space has at the surface's point: a number or a colour.
+    Grid(Arc<GridDesc>),
     /// A value stored on the vertices or faces of the mesh, by name.
     MeshAttribute {
         /// Attribute name.

@@ -1,7 +1,7 @@
 //! What is computed of materials before rendering.
 
 use super::Tables;
-use crate::bsdf::{MeasuredData, Microfacet, PlasticCoat, RoughTransmittance};
+use crate::bsdf::{MeasuredData, Microfacet, MuellerData, PlasticCoat, RoughTransmittance};
 use crate::description::{MaterialDesc, MaterialModel, MeasuredBrdf};
 use crate::texture::Textures;
 use kaustika_spectra::ColorMode;
@@ -16,6 +16,10 @@ pub(super) fn of_all(
     let mut known: Vec<(&Arc<MeasuredBrdf>, Arc<MeasuredData>)> = Vec::new();
     let mut all = Vec::new();
     for material in materials {
+        if let MaterialModel::MeasuredPolarized(desc) = &material.model {
+            all.push(Some(Tables::MeasuredPolarized(Arc::new(MuellerData::new(desc)))));
+            continue;
+        }
         let MaterialModel::Measured(brdf) = &material.model else {
             all.push(coat(&material.model, textures));
             continue;

@@ -1,7 +1,9 @@
-//! Samples on a grid, interpolated trilinearly.
+//! Samples on a grid, with what is between and beyond them.
 
-use crate::description::{GridDesc, GridLayout};
+use crate::description::{GridDesc, GridFilter, GridLayout};
+use crate::texture::uplift;
 use kaustika_math::{Bounds3, Vec3, lerp};
+use kaustika_spectra::{ColorMode, Spectrum, SpectrumRole, Wavelengths};
 use std::sync::Arc;
 
 /// A grid that can be asked at any point of the world.
@@ -34,12 +36,23 @@ impl Grid {
         self.channel(p, 0)
     }
 
+    /// The value at a point of the world as a spectrum: a number, or a colour of this role.
+    pub fn spectrum(&self, p: Vec3, role: SpectrumRole, lambda: &Wavelengths) -> Spectrum {
+        match (self.0.channels, lambda.mode) {
+            (3, _) => uplift(role, self.rgb(p), lambda),
+            (_, ColorMode::Rgb) => Spectrum::from_rgb([self.number(p); 3]),
+            (_, ColorMode::Spectral) => Spectrum::splat(self.number(p)),
+        }
+    }
+
     /// Coordinates in units of samples along one axis.
     #[inline]
     fn coordinate(&self, axis: usize, unit: f32) -> f32 {
         let n = self.0.resolution[axis] as f32;
         match self.0.layout {
             GridLayout::CellsClamped => (unit * n - 0.5).clamp(0.0, n - 1.0),
+            GridLayout::CellsRepeated => unit.rem_euclid(1.0) * n - 0.5,
+            GridLayout::CellsMirrored => unit.rem_euclid(2.0) * n - 0.5,
             GridLayout::CellsFading => (unit * n - 0.5).clamp(-1.0, n),
             GridLayout::Corners => (unit * (n - 1.0)).clamp(0.0, n - 1.0),
         }
@@ -49,6 +62,9 @@ impl Grid {
     pub(super) fn channel(&self, p: Vec3, c: u32) -> f32 {
         let unit = self.0.to_world.inverse().point(p);
         let at: [f32; 3] = std::array::from_fn(|axis| self.coordinate(axis, unit[axis]));
+        if self.0.filter == GridFilter::Nearest {
+            return self.sample(at.map(|v| (v + 0.5).floor() as i32), c);
+        }
         let low = at.map(f32::floor);
         let t: [f32; 3] = std::array::from_fn(|axis| at[axis] - low[axis]);
         let low = low.map(|v| v as i32);
@@ -58,7 +74,7 @@ impl Grid {
         lerp(t[2], sheet(0), sheet(1))
     }
 
-    /// A sample; beyond the outermost nothing, or the outermost itself.
+    /// A sample; beyond the outermost what the layout says.
     #[inline]
     fn sample(&self, at: [i32; 3], c: u32) -> f32 {
         let n = self.0.resolution.map(|n| n as i32);
@@ -66,13 +82,25 @@ impl Grid {
         if !inside && self.0.layout == GridLayout::CellsFading {
             return 0.0;
         }
-        let [x, y, z] = std::array::from_fn(|axis| at[axis].clamp(0, n[axis] - 1) as usize);
+        let [x, y, z] = std::array::from_fn(|axis| {
+            let (i, n) = (at[axis], n[axis]);
+            (match self.0.layout {
+                GridLayout::CellsRepeated => i.rem_euclid(n),
+                GridLayout::CellsMirrored => {
+                    i.rem_euclid(2 * n).min(2 * n - 1 - i.rem_euclid(2 * n))
+                }
+                _ => i.clamp(0, n - 1),
+            }) as usize
+        });
         let index = (z * n[1] as usize + y) * n[0] as usize + x;
         self.0.values.get(index * self.0.channels as usize + c as usize).copied().unwrap_or(0.0)
     }
 
     /// No less than any value, of any channel, at the points of a box of the world.
     pub fn bound(&self, corners: impl Iterator<Item = Vec3>) -> f32 {
+        if matches!(self.0.layout, GridLayout::CellsRepeated | GridLayout::CellsMirrored) {
+            return self.0.values.iter().copied().fold(0.0, f32::max);
+        }
         let to_unit = self.0.to_world.inverse();
         let unit = Bounds3::of_points(corners.map(|p| to_unit.point(p)));
         // A little more, for what rounding does to points.
@@ -112,6 +140,7 @@ mod tests {
             values,
             to_world,
             layout,
+            filter: GridFilter::Trilinear,
         }))
     }
 
@@ -135,9 +164,44 @@ mod tests {
         }
     }
 
+    /// As Mitsuba 3.9.1 has it of a texture `volume` with five samples along x.
+    #[test]
+    fn repeated_mirrored_and_nearest() {
+        let values = vec![0.158555, 0.952029, 0.154354, 0.510303, 0.144003];
+        let desc = |layout, filter| GridDesc {
+            resolution: [5, 1, 1],
+            channels: 1,
+            values: values.clone(),
+            to_world: Transform::IDENTITY,
+            layout,
+            filter,
+        };
+        use {GridFilter::*, GridLayout::*};
+        let cases = [
+            (CellsClamped, Nearest, [0.158555, 0.158555, 0.952029, 0.154354, 0.144003, 0.144003]),
+            (CellsRepeated, Nearest, [0.510303, 0.158555, 0.952029, 0.154354, 0.144003, 0.952029]),
+            (CellsMirrored, Nearest, [0.952029, 0.158555, 0.952029, 0.154354, 0.144003, 0.510303]),
+        ];
+        for (layout, filter, expected) in cases {
+            let grid = Grid::new(&Arc::new(desc(layout, filter)));
+            for (x, e) in [-0.25, 0.02, 0.3, 0.41, 0.97, 1.25].into_iter().zip(expected) {
+                assert_eq!(grid.number(Vec3::new(x, 0.5, 0.5)), e, "{layout:?} {x}");
+            }
+        }
+        // Linear across the border: half a cell beyond the last sample it is the mean of both.
+        let at = |layout, x| {
+            Grid::new(&Arc::new(desc(layout, Trilinear))).number(Vec3::new(x, 0.0, 0.0))
+        };
+        assert!((at(CellsRepeated, 1.0) - 0.5 * (0.158555 + 0.144003)).abs() < 1e-5);
+        assert!((at(CellsMirrored, 1.0) - 0.144003).abs() < 1e-5);
+        assert!((at(CellsMirrored, 1.2) - 0.5 * (0.144003 + 0.510303)).abs() < 1e-5);
+        assert!((at(CellsMirrored, -0.2) - 0.5 * (0.158555 + 0.952029)).abs() < 1e-5);
+    }
+
     #[test]
     fn bounds_hold_every_value() {
-        for layout in [GridLayout::CellsClamped, GridLayout::CellsFading, GridLayout::Corners] {
+        use GridLayout::*;
+        for layout in [CellsClamped, CellsRepeated, CellsMirrored, CellsFading, Corners] {
             let grid = grid(layout);
             for i in 0..200u64 {
                 let unit = |k: u64| {

@@ -2,7 +2,6 @@
 
 use super::cloud::Cloud;
 use super::grid::Grid;
-use crate::texture::uplift;
 use kaustika_math::Vec3;
 use kaustika_spectra::{
     ColorMode, CompiledSpectrum, Spectrum, SpectrumRole, Wavelengths, blackbody, wien_peak,
@@ -32,10 +31,7 @@ impl Field {
     pub(super) fn at(&self, p: Vec3, lambda: &Wavelengths) -> Spectrum {
         match self {
             Field::Constant(spectrum) => spectrum.eval(lambda),
-            Field::Grid(grid, role) if grid.desc().channels == 3 => {
-                uplift(*role, grid.rgb(p), lambda)
-            }
-            Field::Grid(grid, _) => grey(grid.number(p), lambda),
+            Field::Grid(grid, role) => grid.spectrum(p, *role, lambda),
         }
     }
 
@@ -58,14 +54,6 @@ impl Field {
                 grid.bound(corners.iter().copied()) * room
             }
         }
-    }
-}
-
-/// The same number in every lane that counts.
-fn grey(v: f32, lambda: &Wavelengths) -> Spectrum {
-    match lambda.mode {
-        ColorMode::Rgb => Spectrum::from_rgb([v; 3]),
-        ColorMode::Spectral => Spectrum::splat(v),
     }
 }
 

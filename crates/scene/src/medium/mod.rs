@@ -11,7 +11,7 @@
 
 mod build;
 mod cloud;
-mod grid;
+pub(crate) mod grid;
 mod majorant;
 mod matter;
 mod phase;

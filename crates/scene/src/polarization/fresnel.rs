@@ -26,7 +26,7 @@ use kaustika_spectra::Spectrum;
 
 /// Normal of the plane of both directions; where there is none, any axis perpendicular to them.
 #[inline]
-fn plane_normal(wo: Vec3, wi: Vec3) -> Vec3 {
+pub fn plane_normal(wo: Vec3, wi: Vec3) -> Vec3 {
     let x = wi.cross(wo);
     if x.length_squared() < 1e-12 { stokes_basis(wo) } else { x.normalize() }
 }

@@ -23,7 +23,7 @@ mod fresnel;
 mod mueller;
 
 pub use elements::{circular_polarizer, linear_polarizer, linear_retarder};
-pub use fresnel::{pane_reflection, pane_transmission, reflection, refraction};
+pub use fresnel::{pane_reflection, pane_transmission, plane_normal, reflection, refraction};
 pub use mueller::{Mueller, Stokes, Turn, stokes_basis};
 
 use kaustika_math::Vec3;

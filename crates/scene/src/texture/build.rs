@@ -2,6 +2,7 @@
 
 use super::{AttributeTable, BitmapSampler, Node, Textures};
 use crate::description::{SceneDescription, TextureId, TextureNode};
+use crate::medium::grid::Grid;
 use kaustika_math::Vec3;
 use kaustika_spectra::{ColorMode, CompiledSpectrum, SpectrumDesc, SpectrumRole};
 
@@ -37,6 +38,13 @@ impl Textures {
                 TextureNode::Dots { inside, outside, mapping } => {
                     Node::Dots { inside: *inside, outside: *outside, mapping: *mapping }
                 }
+                TextureNode::LineGrid { between, lines, half_width, mapping } => Node::LineGrid {
+                    between: *between,
+                    lines: *lines,
+                    half_width: *half_width,
+                    mapping: *mapping,
+                },
+                TextureNode::Grid(grid) => Node::Grid(Grid::new(grid)),
                 TextureNode::Scale { texture, scale } => {
                     Node::Scale { texture: *texture, scale: *scale }
                 }

@@ -17,6 +17,7 @@ pub use image_map::ImageMap;
 pub(crate) use noise::perlin;
 
 use crate::description::{NoiseKind, TextureId, TextureMapping};
+use crate::medium::grid::Grid;
 use kaustika_math::{Transform, Vec2, Vec3};
 use kaustika_spectra::{
     CompiledSpectrum, Spectrum, SpectrumRole, Wavelengths, eval_rgb_albedo, eval_rgb_illuminant,
@@ -67,6 +68,13 @@ enum Node {
         outside: TextureId,
         mapping: TextureMapping,
     },
+    LineGrid {
+        between: TextureId,
+        lines: TextureId,
+        half_width: f32,
+        mapping: TextureMapping,
+    },
+    Grid(Grid),
     Scale {
         texture: TextureId,
         scale: TextureId,
@@ -147,6 +155,7 @@ impl Textures {
                 (0..4).map(|i| w[i] * self.float(corners[i], at)).sum()
             }
             Node::Noise { .. } => self.noise(id, at).map_or(0.0, mean),
+            Node::Grid(grid) => mean(grid.rgb(at.p)),
             Node::Attribute(table) => mean(table.value(at)),
             Node::Step { texture, threshold } => f32::from(self.float(*texture, at) >= *threshold),
             Node::WithUv { texture, uv } => self.float(*texture, &uv.moved(at)),
@@ -188,6 +197,7 @@ impl Textures {
             Node::Noise { .. } => {
                 self.noise(id, at).map_or(Spectrum::ZERO, |c| uplift(role, c, lambda))
             }
+            Node::Grid(grid) => grid.spectrum(at.p, role, lambda),
             Node::Attribute(table) => uplift(role, table.value(at), lambda),
             Node::Step { .. } => Spectrum::splat(self.float(id, at)),
             Node::WithUv { texture, uv } => self.spectrum(*texture, &uv.moved(at), lambda),
@@ -203,13 +213,15 @@ impl Textures {
         match &self.nodes[id.0 as usize] {
             Node::Bitmap(b) => b.rgb(at),
             Node::Spectrum { raw, .. } => *raw,
+            Node::Grid(grid) => grid.rgb(at.p),
             Node::WithUv { texture, uv } => self.raw_rgb(*texture, &uv.moved(at)),
             _ => [self.float(id, at); 3],
         }
     }
 
-    /// (∂/∂u, ∂/∂v) of the value as a number, for bump maps.
-    pub fn gradient(&self, id: TextureId, at: &TexturePoint) -> Vec2 {
+    /// (∂/∂u, ∂/∂v) of the value as a number, for bump maps, on a surface with these ∂p/∂u and
+    /// ∂p/∂v.
+    pub fn gradient(&self, id: TextureId, at: &TexturePoint, (dpdu, dpdv): (Vec3, Vec3)) -> Vec2 {
         match &self.nodes[id.0 as usize] {
             Node::Float(_) | Node::Spectrum { .. } => Vec2::ZERO,
             Node::Bitmap(b) => b.gradient(at),
@@ -218,8 +230,8 @@ impl Textures {
                 let h = (0.5 * at.uv_width).max(5e-4);
                 let here = self.float(id, at);
                 let shifted = |du: f32, dv: f32| {
-                    let moved = TexturePoint { uv: at.uv + Vec2::new(du, dv), ..*at };
-                    (self.float(id, &moved) - here) / h
+                    let (uv, p) = (at.uv + Vec2::new(du, dv), at.p + dpdu * du + dpdv * dv);
+                    (self.float(id, &TexturePoint { uv, p, ..*at }) - here) / h
                 };
                 Vec2::new(shifted(h, 0.0), shifted(0.0, h))
             }
@@ -255,6 +267,10 @@ impl Textures {
             }
             Node::Dots { inside, outside, mapping } => {
                 Some((procedural::outside_dots(mapping::apply(mapping, at).st), *inside, *outside))
+            }
+            Node::LineGrid { between, lines, half_width, mapping } => {
+                let share = procedural::lines(&mapping::apply(mapping, at), *half_width);
+                Some((share, *between, *lines))
             }
             Node::DirectionMix { a, b, dir } => Some((1.0 - at.n.abs_dot(*dir), *a, *b)),
             _ => None,
@@ -325,5 +341,41 @@ pub fn uplift(role: SpectrumRole, rgb: [f32; 3], lambda: &Wavelengths) -> Spectr
         SpectrumRole::Albedo => eval_rgb_albedo(rgb, lambda),
         SpectrumRole::Unbounded => eval_rgb_unbounded(rgb, lambda),
         SpectrumRole::Illuminant => eval_rgb_illuminant(rgb, lambda),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::description::{SceneDescription, TextureNode};
+    use kaustika_spectra::ColorMode;
+
+    /// A relief that is given in space rises along the surface as the surface lies in space.
+    #[test]
+    fn gradients_of_what_varies_in_space() {
+        let mut d = SceneDescription::default();
+        let grid = crate::description::GridDesc {
+            resolution: [2, 1, 1],
+            channels: 1,
+            values: vec![0.0, 1.0],
+            to_world: Transform::IDENTITY,
+            layout: crate::description::GridLayout::Corners,
+            filter: Default::default(),
+        };
+        // The value is x.
+        let id = d.add_texture(TextureNode::Grid(std::sync::Arc::new(grid)), None);
+        let role = |_| SpectrumRole::Albedo;
+        let textures = Textures::new(&d, ColorMode::Rgb, role, |_| AttributeTable::default());
+        let at = TexturePoint {
+            p: Vec3::new(0.4, 0.0, 0.0),
+            n: Vec3::Z,
+            uv: Vec2::new(0.5, 0.5),
+            uv_width: 0.0,
+            triangle: u32::MAX,
+            barycentrics: Vec2::ZERO,
+        };
+        let tangents = (Vec3::new(3.0, 4.0, 0.0), Vec3::new(-0.5, 1.0, 0.0));
+        let g = textures.gradient(id, &at, tangents);
+        assert!((g - Vec2::new(3.0, -0.5)).length() < 1e-2, "{g:?}");
     }
 }

@@ -25,6 +25,25 @@ fn square_wave_mean(x: f32, w: f32) -> f32 {
     ((integral(x + 0.5 * w) - integral(x - 0.5 * w)) / w).clamp(-1.0, 1.0)
 }
 
+/// Share of the filter box that lies on the lines along the integers of either coordinate, of
+/// `half_width` to each side.
+pub fn lines(at: &Mapped, half_width: f32) -> f32 {
+    let half = half_width.clamp(0.0, 0.5);
+    // ∫₀ˣ of 1 on the lines of one direction.
+    let integral = |x: f32| {
+        let f = x - x.floor();
+        2.0 * half * x.floor() + f.min(half) + (f - (1.0 - half)).max(0.0)
+    };
+    let covered = |x: f32| {
+        if at.width <= 0.0 {
+            return f32::from((x - x.round()).abs() < half);
+        }
+        let (a, b) = (x - 0.5 * at.width, x + 0.5 * at.width);
+        ((integral(b) - integral(a)) / at.width).clamp(0.0, 1.0)
+    };
+    1.0 - (1.0 - covered(at.st.x)) * (1.0 - covered(at.st.y))
+}
+
 /// Weight of the second colour of a solid checkerboard with unit cells.
 pub fn checkerboard_3d(p: Vec3) -> f32 {
     (p.x.floor() + p.y.floor() + p.z.floor()).rem_euclid(2.0)
@@ -67,6 +86,21 @@ mod tests {
                 mean += checkerboard(&Mapped { st, width: 0.0 }) / (n * n) as f32;
             }
             let filtered = checkerboard(&Mapped { st: Vec2::new(x, y), width: w });
+            assert!((mean - filtered).abs() < 5e-3, "{mean} {filtered}");
+        }
+    }
+
+    #[test]
+    fn filtered_lines_are_the_mean_of_sharp_ones() {
+        for (x, y, w) in [(0.3f32, 0.7f32, 0.6f32), (0.02, -1.01, 0.1), (7.9, -0.4, 3.3)] {
+            let n = 400;
+            let mut mean = 0.0;
+            for i in 0..n * n {
+                let f = |k: usize| (k as f32 + 0.5) / n as f32 - 0.5;
+                let st = Vec2::new(x + w * f(i % n), y + w * f(i / n));
+                mean += lines(&Mapped { st, width: 0.0 }, 0.1) / (n * n) as f32;
+            }
+            let filtered = lines(&Mapped { st: Vec2::new(x, y), width: w }, 0.1);
             assert!((mean - filtered).abs() < 5e-3, "{mean} {filtered}");
         }
     }

@@ -34,7 +34,14 @@ pub(crate) fn rgb(c: [f32; 3]) -> SpectrumDesc {
 fn grid(resolution: [u32; 3], values: Vec<f32>) -> Arc<GridDesc> {
     let to_world = at(-2.0, -2.0, -2.0) * scale(4.0, 4.0, 4.0);
     let layout = GridLayout::CellsClamped;
-    Arc::new(GridDesc { resolution, channels: 1, values, to_world, layout })
+    Arc::new(GridDesc {
+        resolution,
+        channels: 1,
+        values,
+        to_world,
+        layout,
+        filter: Default::default(),
+    })
 }
 
 /// σₜ, albedo and phase function.

@@ -120,3 +120,38 @@ fn messages() {
         assert_eq!(found, [expected], "{inner}");
     }
 }
+
+/// While the shutter stays shut, a `timed_sunsky` is the `sunsky` of its first moment.
+#[test]
+fn a_moment_of_a_timed_sky() {
+    let timed = scene(
+        r#"<emitter type="timed_sunsky"><integer name="start_year" value="2024"/>
+<integer name="start_month" value="7"/><integer name="start_day" value="4"/>
+<float name="window_start_time" value="10"/></emitter>"#,
+    );
+    let still = scene(
+        r#"<emitter type="sunsky"><integer name="year" value="2024"/><integer name="month" value="7"/>
+<integer name="day" value="4"/><float name="hour" value="10"/></emitter>"#,
+    );
+    let kinds = |d: &SceneDescription| -> Vec<LightKind> {
+        d.lights.iter().map(|l| l.kind.clone()).collect()
+    };
+    assert_eq!(kinds(&timed).len(), 2);
+    assert_eq!(kinds(&timed), kinds(&still));
+}
+
+#[test]
+fn a_timed_sky_while_the_shutter_is_open() {
+    let text = r#"<scene version="3.0.0"><sensor type="perspective">
+<float name="shutter_close" value="1"/></sensor>
+<emitter type="timed_sunsky"><integer name="end_year" value="2025"/><integer name="end_day" value="EN"/>
+</emitter></scene>"#;
+    let files = Files::new(&[
+        ("good.xml", &text.replace("EN", "3")),
+        ("bad.xml", &text.replace("EN", "1")),
+    ]);
+    let good = files.read("good.xml", &[]);
+    assert!(matches!(good.lights[..], [LightDesc { kind: LightKind::Image { .. }, .. }]));
+    let bad = files.messages(&files.read("bad.xml", &[]));
+    assert!(bad[0].ends_with("the days end before they begin"), "{bad:?}");
+}

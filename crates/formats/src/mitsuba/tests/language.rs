@@ -222,12 +222,22 @@ fn integrators_and_their_depths() {
     let none = of("");
     assert_eq!((none.name.as_str(), none.max_depth), ("path", None));
     let inner = scene(
-        r#"<integrator type="aov"><string name="aovs" value="dd.y:depth, nn:sh_normal"/>
+        r#"<integrator type="aov"><string name="aovs" value="dd.y:depth, nn:sh_normal,gn:geo_normal"/>
         <integrator type="moment"><integrator type="volpath">
             <integer name="max_depth" value="2"/></integrator></integrator></integrator>"#,
     );
     assert_eq!((inner.integrator.name.as_str(), inner.integrator.max_depth), ("volpath", Some(1)));
-    assert_eq!(inner.cameras[0].film.aovs, ["depth", "sh_normal"]);
+    assert_eq!(inner.cameras[0].film.aovs, ["depth", "sh_normal", "normal"]);
+    let (depths, said) = read(
+        "3.0.0",
+        r#"<integrator type="aov"><integrator type="depth"/><integrator type="direct"/></integrator>"#,
+    );
+    assert_eq!(depths.cameras[0].film.aovs, ["depth"]);
+    assert_eq!(depths.integrator.name, "direct");
+    let note = "note 2:24 the distances of integrator `depth` are the layer Depth.Z";
+    assert_eq!(said, [note]);
+    let (alone, _) = read("3.0.0", r#"<integrator type="depth"/>"#);
+    assert_eq!(alone.cameras[0].film.aovs, ["depth"]);
     let stokes = of(r#"<integrator type="stokes"><integrator type="path">
         <integer name="max_depth" value="4"/></integrator></integrator>"#);
     assert_eq!((stokes.name.as_str(), stokes.max_depth, stokes.polarized), ("path", Some(3), true));
@@ -236,4 +246,21 @@ fn integrators_and_their_depths() {
         r#"<integrator type="path"><boolean name="strictNormals" value="true"/></integrator>"#,
     );
     assert!(strict.integrator.strict_normals);
+}
+
+#[test]
+fn layers_that_are_not_there() {
+    let layers = |kinds: &str| {
+        let text = format!(
+            "<scene version=\"3.0.0\">{CAMERA}<integrator type=\"aov\"><string name=\"aovs\" \
+             value=\"{kinds}\"/></integrator></scene>"
+        );
+        let files = Files::new(&[("a.xml", &text)]);
+        files.messages(&files.read("a.xml", &[]))
+    };
+    let left_out = layers("a:prim_index");
+    assert!(left_out[0].starts_with("warning") && left_out[0].contains("layer `prim_index`"));
+    let unknown = layers("a:depht");
+    assert!(unknown[0].starts_with("error") && unknown[0].contains("unknown layer `depht`"));
+    assert!(unknown[0].contains("depth"), "{unknown:?}");
 }

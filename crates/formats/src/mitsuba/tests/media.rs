@@ -225,3 +225,50 @@ fn faults() {
         ["error 3:32 can't read the volume `a.xml`: not a volume: it does not begin with `VOL`",]
     );
 }
+
+#[test]
+fn volumes_as_textures() {
+    let (d, messages) = beside_volume(
+        "3.0.0",
+        r#"<shape type="sphere"><bsdf type="diffuse"><texture type="volume" name="reflectance">
+<volume type="gridvolume" name="volume"><string name="filename" value="a.vol"/>
+<string name="wrap_mode" value="mirror"/><string name="filter_type" value="nearest"/>
+<transform name="to_world"><translate value="1"/></transform></volume></texture></bsdf></shape>
+<shape type="sphere"><bsdf type="diffuse"><texture type="volume" name="reflectance">
+<volume type="constvolume" name="volume"><float name="value" value="0.25"/></volume></texture></bsdf></shape>"#,
+    );
+    assert_eq!(messages, Vec::<String>::new());
+    let reflectance = |i: usize| match &d.materials[i].model {
+        MaterialModel::Diffuse { reflectance } => node(&d, *reflectance),
+        other => panic!("{other:?}"),
+    };
+    let TextureNode::Grid(grid) = reflectance(0) else { panic!("{:?}", reflectance(0)) };
+    assert_eq!((grid.layout, grid.filter), (GridLayout::CellsMirrored, GridFilter::Nearest));
+    assert_eq!(grid.to_world.point(Vec3::ZERO), Vec3::splat(1.0));
+    assert_eq!(*reflectance(1), TextureNode::Spectrum(SpectrumDesc::Constant(0.25)));
+}
+
+/// Where a number is asked for, a colour counts as its luminance (seen in Mitsuba 3.9.1).
+#[test]
+fn coloured_volumes_as_numbers() {
+    let bsdf = r#"<bsdf type="roughconductor"><texture type="volume" name="alpha">
+<volume type="gridvolume" name="volume"><string name="filename" value="a.vol"/></volume></texture></bsdf>"#;
+    let text = format!("<scene version=\"3.0.0\">{CAMERA}\n{}</scene>", on_sphere(bsdf));
+    let files = Files::new(&[("a.xml", &text)]);
+    let bytes = vol([1, 1, 1], 3, &[0.1, 0.2, 0.4]);
+    std::fs::write(files.folder.path().join("a.vol"), bytes).expect("files can be written");
+    let d = files.read("a.xml", &[]);
+    let MaterialModel::Conductor { roughness, .. } = only_model(&d) else { panic!() };
+    let TextureNode::Grid(grid) = node(&d, roughness.alpha_u) else { panic!() };
+    let luminance = 0.2126 * 0.1 + 0.7152 * 0.2 + 0.0722 * 0.4;
+    assert!((grid.values[0] - luminance).abs() < 1e-4, "{:?}", grid.values);
+}
+
+#[test]
+fn volume_textures_without_a_volume() {
+    let bsdf = r#"<bsdf type="diffuse"><texture type="volume" name="reflectance"/></bsdf>"#;
+    let text = format!("<scene version=\"3.0.0\">{CAMERA}\n{}</scene>", on_sphere(bsdf));
+    let files = Files::new(&[("a.xml", &text)]);
+    let messages = files.messages(&files.read("a.xml", &[]));
+    assert!(messages[0].ends_with("texture `volume` needs a volume inside"), "{messages:?}");
+}

@@ -142,9 +142,24 @@ impl MeasuredData {
 /// Tables by wavelengths as linear sRGB under D65.
 fn seen_in_rgb(table: &SquareTable, lambda: &[f32]) -> SquareTable {
     let size = table.width * table.height;
-    // What each wavelength's part of a piecewise linear spectrum, constant beyond its ends,
-    // gives red, green and blue.
-    let parts: Vec<[f32; 3]> = (0..lambda.len())
+    let parts = rgb_of_nodes(lambda);
+    let mut values = Vec::with_capacity(table.values.len() / lambda.len() * 3);
+    for grids in table.values.chunks_exact(size * lambda.len()) {
+        for channel in 0..3 {
+            values.extend((0..size).map(|at| {
+                let sum: f32 =
+                    parts.iter().enumerate().map(|(i, p)| p[channel] * grids[i * size + at]).sum();
+                sum.max(0.0)
+            }));
+        }
+    }
+    SquareTable { values, ..*table }
+}
+
+/// The linear sRGB under D65 of each wavelength's part (1 there, 0 at the others) of a piecewise
+/// linear spectrum that is constant beyond its ends.
+pub(in crate::bsdf) fn rgb_of_nodes(lambda: &[f32]) -> Vec<[f32; 3]> {
+    (0..lambda.len())
         .map(|i| {
             let hat: Vec<f32> = (0..lambda.len()).map(|k| (k == i) as u32 as f32).collect();
             let (mut l, mut v) = (lambda.to_vec(), hat);
@@ -157,16 +172,5 @@ fn seen_in_rgb(table: &SquareTable, lambda: &[f32]) -> SquareTable {
             let desc = SpectrumDesc::sampled(&l, &v).unwrap_or(SpectrumDesc::Constant(0.0));
             ColorSpace::Srgb.from_xyz().apply(xyz_of(&desc, SpectrumRole::Albedo))
         })
-        .collect();
-    let mut values = Vec::with_capacity(table.values.len() / lambda.len() * 3);
-    for grids in table.values.chunks_exact(size * lambda.len()) {
-        for channel in 0..3 {
-            values.extend((0..size).map(|at| {
-                let sum: f32 =
-                    parts.iter().enumerate().map(|(i, p)| p[channel] * grids[i * size + at]).sum();
-                sum.max(0.0)
-            }));
-        }
-    }
-    SquareTable { values, ..*table }
+        .collect()
 }

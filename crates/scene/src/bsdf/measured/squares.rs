@@ -43,7 +43,7 @@ impl Node {
 
 /// The last of increasing `nodes` (at least one) that is not above `x` and has a next, and how far
 /// `x` is on the way to that, in [0, 1].
-pub(super) fn interval(nodes: &[f32], x: f32) -> (usize, f32) {
+pub(in crate::bsdf) fn interval(nodes: &[f32], x: f32) -> (usize, f32) {
     if nodes.len() < 2 {
         return (0, 0.0);
     }

@@ -2,10 +2,11 @@
 
 use super::*;
 use crate::bsdf::{
-    Bsdf, Diffuse, FilterElement, Lobes, Microfacet, Mode, Part, PolarizingFilter, Scatter,
+    Bsdf, Coating, CoatingLayer, Diffuse, FilterElement, Lobes, Microfacet, Mode, Part,
+    PolarizingFilter, Scatter,
 };
 use crate::description::Distribution;
-use crate::polarization::Stokes;
+use crate::polarization::{Stokes, Turn};
 use kaustika_math::{Frame, Vec2};
 
 fn rough() -> Microfacet {
@@ -21,6 +22,38 @@ fn metal(surface: Microfacet) -> Model<'static> {
 fn glass(surface: Microfacet) -> Model<'static> {
     let (reflectance, transmittance) = (Spectrum([0.9, 0.5, 0.1, 0.2]), Spectrum::ONE);
     Model::Dielectric(Dielectric { eta: 1.5, reflectance, transmittance, surface })
+}
+
+/// Mitsuba 3's `pplastic`.
+fn plastic(reflectance: Spectrum) -> Model<'static> {
+    let base = Model::Diffuse(Diffuse { reflectance: Spectrum([0.1, 0.5, 0.9, 0.0]) });
+    let layer = CoatingLayer {
+        eta: 1.5,
+        surface: rough(),
+        through: None,
+        reflectance,
+        depth: Spectrum::ZERO,
+    };
+    Model::Coating(Coating::new(layer, base).expect("matte can be coated"))
+}
+
+/// Without a highlight, plastic shows its base through its surface: seen at θ, light leaves
+/// polarized in the plane of incidence by (κ² - 1)/(κ² + 1) of κ = cos(θ - θ'), sin θ = η sin θ'.
+#[test]
+fn light_from_inside_plastic_is_polarized() {
+    let theta = 1.2f32;
+    let (wo, wi) = (Vec3::new(theta.sin(), 0.0, theta.cos()), Vec3::new(0.9, 0.3, 0.1).normalize());
+    let m = bsdf(&[(1.0, plastic(Spectrum::ZERO))]);
+    let frame = m.parts()[0].frame;
+    let (wo, wi) = (frame.to_world(wo), frame.to_world(wi));
+    let (mueller, _) = m.eval_mueller(wo, wi, Lobes::ALL);
+    // In the frame of the plane of incidence of what leaves.
+    let turn = Turn::between(wo, stokes_basis(wo), frame.n.cross(wo));
+    let Stokes(s) = mueller.of_unpolarized().turned(turn);
+    let kappa = (theta - (theta.sin() / 1.5).asin()).cos();
+    let expected = (kappa * kappa - 1.0) / (kappa * kappa + 1.0);
+    let found = s[1][2] / s[0][2];
+    assert!((found - expected).abs() < 1e-4, "{found} {expected}");
 }
 
 fn models() -> Vec<Model<'static>> {
@@ -40,6 +73,7 @@ fn models() -> Vec<Model<'static>> {
         filter(FilterElement::Retarder { theta: 0.4, delta: one }),
         filter(FilterElement::Circular { left_handed: true }),
         Model::Null(Null),
+        plastic(Spectrum([1.0, 0.5, 1.0, 0.3])),
     ]
 }
 
