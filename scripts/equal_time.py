@@ -1,22 +1,28 @@
 #!/usr/bin/env python3
 """Methods beside each other at equal time (run by hand).
 
-    scripts/equal_time.py SCENE --reference [METHOD=]FILE.exr... --time 20 METHOD[:KEY=VALUE[,KEY=VALUE]...][@LAYER]... [--seeds 5]
-        [--resolution WxH] [-p KEY=VALUE]... [--layer NAME=EXPRESSION]... [--below RADIANCE] [--rgb] [--kaustika PROGRAM] [--keep FOLDER]
+    scripts/equal_time.py SCENE --reference [METHOD=]FILE.exr... (--time 20 | --cpu 20) METHOD[:KEY=VALUE[,KEY=VALUE]...][@LAYER]...
+        [--seeds 5] [--resolution WxH] [-p KEY=VALUE]... [--layer NAME=EXPRESSION]... [--below RADIANCE] [--rgb] [--kaustika PROGRAM]
+        [--keep FOLDER]
 
-Every method renders for the same time with seeds 1, 2, ..., by turns. Its error is
+Every method renders with seeds 1, 2, ..., by turns: with --time for the same seconds by the clock, with --cpu on one thread for the
+passes that trial runs fit to so many seconds of processor time, which other work on the machine moves little. Seconds are then the
+process's user time without that of loading, which is what a single path to one pixel takes. Its error is
 
     relMSE = mean (x - r)² / (r² + 0.01)
 
 over pixels and channels, against the first reference that another method made (averaged to the picture's size; pixels that are not finite
 there are left out, with --below also those that are brighter); trimmed: without the 0.1 % of largest error. Medians over the seeds;
-gain: the first method's relMSE over this one's. The mean ratio shows bias, the picture's and the reference's. METHOD@LAYER: the light of one
-class of paths, held against that layer of the reference.
+gain: the first method's relMSE times seconds over this one's. reference: how many times the method's passes the reference has, if it is one of
+Kaustika's. The mean ratio shows bias, the picture's and the reference's. METHOD@LAYER: the light of one class of paths, held against that
+layer of the reference.
 --keep: pictures of the first seed stay there. Runs in a Python that has numpy and OpenImageIO. Build first: cargo build --release.
 """
 import argparse
+import functools
 import json
 import os
+import re
 import statistics
 import subprocess
 import tempfile
@@ -56,13 +62,63 @@ def reference_for(method, references):
     return next((file for maker, file in by if maker != method), by[0][1])
 
 
+def passes_of(reference):
+    """Passes of a picture of Kaustika's; 0 if it does not say."""
+    return int(oiio.ImageBuf(reference).spec().getattribute("samplesPerPixel") or 0)
+
+
 def table(runs, work="passes"):
-    """Markdown: medians over the runs (relMSE, trimmed, mean ratio, work) of each method."""
-    print("| method | %s | relMSE | gain | trimmed | gain | mean ratio |\n|---|---|---|---|---|---|---|" % work)
+    """Markdown: medians over the runs (relMSE, trimmed, mean ratio, work, its share of the reference's, seconds) of each method."""
+    print("| method | %s | s | reference | relMSE | gain | trimmed | gain | mean ratio |\n" % work + "|---" * 9 + "|")
     medians = {m: [statistics.median(v) for v in zip(*r)] for m, r in runs.items()}
-    first = next(iter(medians.values()))
-    for method, (relmse, trimmed, ratio, n) in medians.items():
-        print("| `%s` | %d | %.3g | %.3g | %.3g | %.3g | %.4f |" % (method, n, relmse, first[0] / relmse, trimmed, first[1] / trimmed, ratio))
+    first, first_trimmed, *_, first_seconds = next(iter(medians.values()))
+    for method, (relmse, trimmed, ratio, n, times, seconds) in medians.items():
+        gains = (first * first_seconds / (relmse * seconds), first_trimmed * first_seconds / (trimmed * seconds))
+        print("| `%s` | %d | %.2f | %s | %.3g | %.3g | %.3g | %.3g | %.4f |"
+              % (method, n, seconds, "%d" % times if times else "", relmse, gains[0], trimmed, gains[1], ratio))
+
+
+class Program:
+    """Renders a scene, and says what that took."""
+
+    def __init__(self, a, folder):
+        self.a, self.image, self.stats = a, os.path.join(folder, "image.exr"), os.path.join(folder, "stats.json")
+
+    def run(self, *extra):
+        """User seconds of the process."""
+        command = [self.a.kaustika, "render", self.a.scene, "-q", "-o", self.image, "--stats", self.stats, *["--rgb"] * self.a.rgb, *extra]
+        process = subprocess.Popen(command)
+        _, status, used = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        if process.returncode:
+            raise subprocess.CalledProcessError(process.returncode, command)
+        return used.ru_utime
+
+    def of(self, method):
+        """How a method is asked for."""
+        spec, _, layer = method.partition("@")
+        name, _, own = spec.partition(":")
+        parameters = self.a.parameters + (own.split(",") if own else [])
+        layers = [x for l in self.a.layer if layer and l.startswith(layer + "=") for x in ("--layer", l)]
+        size = ["--resolution", self.a.resolution] if self.a.resolution else []
+        return ["-m", name, *size, *layers, *(x for p in parameters for x in ("-p", p))]
+
+    def fit(self, method):
+        """The passes that a method makes in a.cpu seconds."""
+        passes, used = 1, 0
+        while True:
+            used = self.cpu(method, passes, 0)
+            if used >= self.a.cpu / 2:
+                return max(1, round(passes * self.a.cpu / used))
+            passes *= 2
+
+    def cpu(self, method, passes, seed):
+        """Seconds of so many passes, without loading."""
+        return self.run(*self.of(method), "--threads", "1", "--spp", str(passes), "--seed", str(seed)) - self.loading()
+
+    @functools.cache
+    def loading(self):
+        return min(self.run("-m", "light", "--threads", "1", "--spp", "1", "--resolution", "1x1") for _ in range(3))
 
 
 def main():
@@ -70,7 +126,9 @@ def main():
     ap.add_argument("scene")
     ap.add_argument("methods", nargs="+")
     ap.add_argument("--reference", required=True, action="append")
-    ap.add_argument("--time", type=float, default=20)
+    budget = ap.add_mutually_exclusive_group(required=True)
+    budget.add_argument("--time", type=float)
+    budget.add_argument("--cpu", type=float)
     ap.add_argument("--seeds", type=int, default=5)
     ap.add_argument("--resolution")
     ap.add_argument("-p", dest="parameters", action="append", default=[])
@@ -82,25 +140,25 @@ def main():
     a = ap.parse_args()
     runs = {m: [] for m in a.methods}
     with tempfile.TemporaryDirectory() as folder:
-        image, stats = os.path.join(folder, "image.exr"), os.path.join(folder, "stats.json")
+        program = Program(a, folder)
+        passes = {m: program.fit(m) for m in a.methods} if a.cpu else {}
         for seed in range(1, a.seeds + 1):
             for method in a.methods:
-                spec, _, layer = method.partition("@")
-                name, _, own = spec.partition(":")
-                parameters = a.parameters + (own.split(",") if own else [])
-                command = [a.kaustika, "render", a.scene, "-q", "-m", name, "--time", "%gs" % a.time, "--seed", str(seed),
-                           "-o", image, "--stats", stats, *(["--resolution", a.resolution] if a.resolution else [])]
-                command += ["--rgb"] * a.rgb + [x for p in parameters for x in ("-p", p)]
-                command += [x for l in a.layer if layer and l.startswith(layer + "=") for x in ("--layer", l)]
-                subprocess.run(command, check=True)
-                x = read(image, layer)
-                r = shrunk(read(reference_for(name, a.reference), layer), x.shape[0])
-                with open(stats) as f:
-                    passes = json.load(f)["passes"]
-                runs[method].append((*errors(x, r, a.below), passes))
+                if a.cpu:
+                    seconds = program.cpu(method, passes[method], seed)
+                else:
+                    program.run(*program.of(method), "--time", "%gs" % a.time, "--seed", str(seed))
+                    seconds = a.time
+                name, layer = re.split("[:@]", method)[0], method.partition("@")[2]
+                x = read(program.image, layer)
+                reference = reference_for(name, a.reference)
+                with open(program.stats) as f:
+                    done = json.load(f)["passes"]
+                error = errors(x, shrunk(read(reference, layer), x.shape[0]), a.below)
+                runs[method].append((*error, done, passes_of(reference) / done, seconds))
                 if a.keep and seed == 1:
                     os.makedirs(a.keep, exist_ok=True)
-                    os.replace(image, os.path.join(a.keep, name + ".exr"))
+                    os.replace(program.image, os.path.join(a.keep, method + ".exr"))
     table(runs)
 
 

@@ -5,7 +5,7 @@ use crate::method::PassStats;
 use crate::roulette::{Roulette, WalkState};
 use kaustika_math::{Ray, Vec2, Vec3};
 use kaustika_sampling::Sampler;
-use kaustika_scene::bsdf::{Bsdf, BsdfSample, Lobes, Mode};
+use kaustika_scene::bsdf::{BsdfSample, Lobes, Mode};
 use kaustika_scene::description::MediumId;
 use kaustika_scene::{Scene, Surface};
 use kaustika_spectra::{Spectrum, Wavelengths};
@@ -70,8 +70,11 @@ pub struct Start {
 /// The light's or the eye's part of a path, without its end.
 #[derive(Debug, Default)]
 pub struct Subpath<'a> {
-    /// What it met.
-    pub vertices: Vec<Vertex<'a>>,
+    /// What it met, and behind that what earlier subpaths met: a vertex is too large to be moved, so
+    /// each is made in its place.
+    places: Vec<Vertex<'a>>,
+    /// How many of them it has met.
+    len: usize,
     /// The light of the media that it went through.
     pub glows: Vec<Glow>,
 }
@@ -87,11 +90,26 @@ pub struct Glow {
     pub lambda: Wavelengths,
 }
 
-impl Subpath<'_> {
+impl<'a> Subpath<'a> {
     /// Forgets all.
     pub fn clear(&mut self) {
-        self.vertices.clear();
+        self.len = 0;
         self.glows.clear();
+    }
+
+    /// The place of the next vertex, which has what was there before.
+    #[inline]
+    pub(super) fn next(&mut self) -> &mut Vertex<'a> {
+        if self.places.len() == self.len {
+            self.places.push(Vertex::default());
+        }
+        &mut self.places[self.len]
+    }
+
+    /// From now on the next vertex is the last.
+    #[inline]
+    pub(super) fn keep(&mut self) {
+        self.len += 1;
     }
 }
 
@@ -99,7 +117,7 @@ impl<'a> std::ops::Deref for Subpath<'a> {
     type Target = [Vertex<'a>];
 
     fn deref(&self) -> &[Vertex<'a>] {
-        &self.vertices
+        &self.places[..self.len]
     }
 }
 
@@ -161,8 +179,8 @@ impl<'a> Walker<'a> {
             trail.widen(surface.t);
             surface.footprint = trail.footprint;
             let wo = -trail.ray.d;
-            let mut bsdf = Bsdf::default();
-            if !self.scene.bsdf_into(&surface, wo, &mut trail.lambda, &mut bsdf) {
+            let bsdf = &mut path.next().bsdf;
+            if !self.scene.bsdf_into(&surface, wo, &mut trail.lambda, bsdf) {
                 passages += 1;
                 if passages > MAX_PASSAGES {
                     return None;
@@ -172,8 +190,8 @@ impl<'a> Walker<'a> {
             }
             let u = sampler.get_vertex();
             let scattered = bsdf.sample(wo, u[5], Vec2::new(u[2], u[3]), self.mode, self.lobes);
-            let vertex = trail.vertex(path, surface, bsdf, wo, &u);
-            path.vertices.push(vertex);
+            trail.place(path, surface, wo, &u);
+            path.keep();
             self.leave(&mut trail, path, scattered.as_ref(), u[6])?;
             passages = 0;
         }
@@ -189,7 +207,7 @@ impl<'a> Walker<'a> {
         u: f32,
     ) -> Option<()> {
         let depth = path.len() as u32;
-        let v = path.vertices.last_mut()?;
+        let v = path.places[..path.len].last_mut()?;
         let s = scattered?;
         (v.pdf, v.pdf_rev) = (f64::from(s.pdf) / v.share, f64::from(s.pdf_rev) / v.share);
         v.delta = s.lobe.has(Lobes::DELTA);
@@ -253,42 +271,36 @@ impl Trail {
         Escape { o: ray.o, d: ray.d, beta, lambda, passing }
     }
 
-    /// The vertex where the ray met something, before it scatters; `u` are the vertex's numbers.
-    pub(super) fn vertex<'a>(
+    /// Makes the subpath's next vertex, where the ray met something, before it scatters; its BSDF is
+    /// there already. `u` are the vertex's numbers.
+    pub(super) fn place<'p, 'a>(
         &self,
-        path: &Subpath,
+        path: &'p mut Subpath<'a>,
         surface: Surface,
-        bsdf: Bsdf<'a>,
         wo: Vec3,
         u: &[f32; 8],
-    ) -> Vertex<'a> {
-        let mut v = Vertex {
-            surface,
-            wo,
-            beta: self.beta,
-            lambda: self.lambda,
-            bsdf,
-            inside: None,
-            medium: None,
-            u: [u[0], u[1], u[4]],
-            arrival: 0.0,
-            passing: 1.0,
-            pdf: 0.0,
-            pdf_rev: 0.0,
-            share: 1.0,
-            delta: false,
-            straight: false,
-            onward: None,
-        };
-        v.arrival = self.arrival(path, &v);
+    ) -> &'p mut Vertex<'a> {
+        let last = path.last().map(|v| (v.surface.p, v.pdf));
+        let v = path.next();
+        v.surface = surface;
+        v.wo = wo;
+        (v.beta, v.lambda) = (self.beta, self.lambda);
+        (v.inside, v.medium) = (None, None);
+        v.u = [u[0], u[1], u[4]];
+        (v.passing, v.share) = (1.0, 1.0);
+        (v.pdf, v.pdf_rev) = (0.0, 0.0);
+        (v.delta, v.straight) = (false, false);
+        v.onward = None;
+        v.arrival = self.arrival(last, v);
         v
     }
 
-    /// Density of a vertex, as far as its place decides.
-    pub(super) fn arrival(&self, path: &Subpath, v: &Vertex) -> f64 {
-        match path.last() {
+    /// Density of a vertex, as far as its place decides; `last` is the one before, and the density of
+    /// the direction from there.
+    pub(super) fn arrival(&self, last: Option<(Vec3, f64)>, v: &Vertex) -> f64 {
+        match last {
             None => self.departure.density(v),
-            Some(last) => last.pdf * v.arriving_from(last.surface.p),
+            Some((p, pdf)) => pdf * v.arriving_from(p),
         }
     }
 }

@@ -4,17 +4,17 @@
 //! vertex here, as in `path` and for the beams of connections.
 
 use super::subpath::{MAX_PASSAGES, Trail};
-use super::{Escape, Glow, Inside, Start, Subpath, Vertex, Walker};
+use super::vertex::in_space;
+use super::{Escape, Glow, Inside, Start, Subpath, Walker};
 use crate::extinction::{
     Shares, Stream, collide, lane_mean, optical_distance, optical_length, transmittance,
 };
 use crate::method::PassStats;
-use kaustika_math::{Ray, Vec2, Vec3};
+use kaustika_math::{Vec2, Vec3};
 use kaustika_sampling::Sampler;
-use kaustika_scene::Surface;
-use kaustika_scene::bsdf::{Bsdf, BsdfSample, Lobes, Mode};
+use kaustika_scene::bsdf::{BsdfSample, Lobes, Mode};
 use kaustika_scene::description::{MediumId, SourceFormat};
-use kaustika_scene::medium::{Coefficients, Medium};
+use kaustika_scene::medium::{Coefficients, Medium, Phase};
 use kaustika_spectra::Spectrum;
 
 /// What a subpath through media keeps besides its [`Trail`].
@@ -54,14 +54,14 @@ impl<'a> Walker<'a> {
             stats.closest_rays += 1;
             let hit = scene.hit(&trail.ray, trail.t_max);
             let end = hit.as_ref().map_or(f32::INFINITY, |h| h.t);
-            if let Some(vertex) = self.travel(&mut trail, &mut flight, end, path, sampler) {
-                let (v, phase, u) = vertex;
+            if let Some((phase, u)) = self.travel(&mut trail, &mut flight, end, path, sampler) {
+                let v = path.next();
                 let (wi, pdf) = phase.sample(v.surface.p, v.wo, Vec2::new(u[2], u[3]));
                 let (f, (_, back)) = v.eval_pdf(wi, self.mode);
                 let weight = f / pdf;
                 let (pdf_rev, eta, lobe) = (back as f32, 1.0, Lobes::DIFFUSE_REFLECTION);
                 let s = BsdfSample { wi, weight, pdf, pdf_rev, eta, lobe };
-                path.vertices.push(v);
+                path.keep();
                 self.leave(&mut trail, path, Some(&s), u[6])?;
                 flight.turn(u[7]);
                 passages = 0;
@@ -75,8 +75,8 @@ impl<'a> Walker<'a> {
             trail.widen(surface.t);
             surface.footprint = trail.footprint;
             let wo = -trail.ray.d;
-            let mut bsdf = Bsdf::default();
-            let mut straight = !scene.bsdf_into(&surface, wo, &mut trail.lambda, &mut bsdf);
+            let bsdf = &mut path.next().bsdf;
+            let mut straight = !scene.bsdf_into(&surface, wo, &mut trail.lambda, bsdf);
             if !straight {
                 flight.shares.end_secondary(&trail.lambda);
                 let u = sampler.get_vertex();
@@ -93,12 +93,12 @@ impl<'a> Walker<'a> {
                     trail.beta /= stays;
                     trail.throughput /= stays;
                     let s = s.map(|s| BsdfSample { weight: s.weight * stays, ..s });
-                    let mut v = trail.vertex(path, surface, bsdf, wo, &u);
+                    let v = trail.place(path, surface, wo, &u);
                     v.medium = flight.medium;
                     v.passing = flight.passing;
                     v.share = 1.0 - f64::from(v.bsdf.straight(wo, false).1);
                     v.arrival *= v.passing * v.share;
-                    path.vertices.push(v);
+                    path.keep();
                     self.leave(&mut trail, path, s.as_ref(), u[6])?;
                     flight.turn(u[7]);
                     flight.medium = scene.medium_beyond(&surface, trail.ray.d, flight.medium);
@@ -119,8 +119,8 @@ impl<'a> Walker<'a> {
         None
     }
 
-    /// Follows the ray as far as `end`; the vertex if it scatters before, with what it scatters
-    /// by and its numbers.
+    /// Follows the ray as far as `end`. If it scatters before, the path's next vertex is made; what it
+    /// scatters by, and its numbers.
     fn travel(
         &self,
         trail: &mut Trail,
@@ -128,7 +128,7 @@ impl<'a> Walker<'a> {
         end: f32,
         path: &mut Subpath<'a>,
         sampler: &mut Sampler,
-    ) -> Option<(Vertex<'a>, &'a kaustika_scene::medium::Phase, [f32; 8])> {
+    ) -> Option<(&'a Phase, [f32; 8])> {
         let medium = self.scene.medium(flight.medium?);
         let range = medium.interval(&trail.ray, end)?;
         let depth = path.len();
@@ -157,14 +157,16 @@ impl<'a> Walker<'a> {
         }
         trail.widen(t);
         let u = sampler.get_vertex();
-        let surface = in_space(trail.ray, t);
-        let mut v = trail.vertex(path, surface, Bsdf::default(), -trail.ray.d, &u);
+        let surface = in_space(trail.ray.at(t), t, trail.ray.time);
+        let last = path.last().map(|v| (v.surface.p, v.pdf));
+        path.next().bsdf.reset(Vec3::ZERO);
+        let v = trail.place(path, surface, -trail.ray.d, &u);
         let sigma_t = f64::from(lane_mean(c.sigma_t, lambda.mode));
         v.inside = Some(Inside { phase: &medium.phase, sigma_t });
         v.medium = flight.medium;
         v.passing = flight.passing;
-        v.arrival = trail.arrival(path, &v) * v.passing;
-        Some((v, &medium.phase, u))
+        v.arrival = trail.arrival(last, v) * v.passing;
+        Some((&medium.phase, u))
     }
 }
 
@@ -209,26 +211,6 @@ fn travel_evenly(
     shares.event(&mut trail.beta, t, t, Spectrum::ONE);
     flight.passing *= f64::from(lane_mean(t, mode));
     None
-}
-
-/// A point on a ray that is on no surface.
-fn in_space(ray: Ray, t: f32) -> Surface {
-    Surface {
-        p: ray.at(t),
-        p_error: Vec3::ZERO,
-        t,
-        ng: Vec3::ZERO,
-        ns: Vec3::ZERO,
-        uv: Vec2::ZERO,
-        footprint: 0.0,
-        shape: u32::MAX,
-        triangle: u32::MAX,
-        analytic: u32::MAX,
-        instance: None,
-        barycentrics: Vec2::ZERO,
-        light: None,
-        time: ray.time,
-    }
 }
 
 /// True if a sample is what [`Bsdf::straight`] tells of.

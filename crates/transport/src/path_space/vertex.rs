@@ -1,7 +1,7 @@
 //! What subpaths meet.
 
 use super::solid_angle_to_area;
-use kaustika_math::{Ray, Vec3};
+use kaustika_math::{Ray, Vec2, Vec3};
 use kaustika_scene::bsdf::{Bsdf, Lobes, Mode};
 use kaustika_scene::description::MediumId;
 use kaustika_scene::medium::Phase;
@@ -46,6 +46,50 @@ pub struct Vertex<'a> {
     pub straight: bool,
     /// The ray on which it goes on and what that carries, if it does.
     pub onward: Option<(Ray, Spectrum)>,
+}
+
+impl Default for Vertex<'_> {
+    /// Nowhere.
+    fn default() -> Self {
+        Vertex {
+            surface: in_space(Vec3::ZERO, 0.0, 0.0),
+            wo: Vec3::ZERO,
+            beta: Spectrum::ZERO,
+            lambda: Wavelengths::rgb(),
+            bsdf: Bsdf::default(),
+            inside: None,
+            medium: None,
+            u: [0.0; 3],
+            arrival: 0.0,
+            passing: 1.0,
+            pdf: 0.0,
+            pdf_rev: 0.0,
+            share: 1.0,
+            delta: false,
+            straight: false,
+            onward: None,
+        }
+    }
+}
+
+/// A point that is on no surface, `t` along the ray that led there.
+pub(super) fn in_space(p: Vec3, t: f32, time: f32) -> Surface {
+    Surface {
+        p,
+        p_error: Vec3::ZERO,
+        t,
+        ng: Vec3::ZERO,
+        ns: Vec3::ZERO,
+        uv: Vec2::ZERO,
+        footprint: 0.0,
+        shape: u32::MAX,
+        triangle: u32::MAX,
+        analytic: u32::MAX,
+        instance: None,
+        barycentrics: Vec2::ZERO,
+        light: None,
+        time,
+    }
 }
 
 /// A point in a medium.

@@ -15,6 +15,7 @@ use crate::method::{PassStats, RenderError};
 use crate::nearest::Layout;
 use crate::workers::Workers;
 use kaustika_math::{Vec2, Vec3};
+use kaustika_sampling::hash::{combine, unit};
 use kaustika_sampling::{Sampler, SamplerPlan};
 use kaustika_scene::Scene;
 use kaustika_scene::bsdf::{Bsdf, BsdfSample, Mode};
@@ -116,7 +117,8 @@ impl<'a> Tracer<'a> {
                 let dispersed = lambda.secondary_terminated();
                 let arrival = Arrival { wi: wo, power, depth, indirect, dispersed };
                 kept.0.push(surface.p);
-                kept.1.push(Photon::new(&arrival));
+                let u = unit((combine(i, depth.into()) >> 32) as u32);
+                kept.1.push(Photon::new(&arrival, u));
             }
             let Some(on) = scatter(bsdf, &parts, wo, power, Mode::Importance, &mut sampler) else {
                 return;

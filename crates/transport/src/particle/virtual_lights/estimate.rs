@@ -123,8 +123,9 @@ impl<'a> Estimator<'a> {
             if let Some(tracks) = &mut tracks {
                 tracks.follow_light(&path, end.light);
             }
-            for (depth, y) in path.vertices.drain(..).enumerate() {
-                if self.takes_part(&y) {
+            for (depth, y) in path.iter().enumerate() {
+                if self.takes_part(y) {
+                    let y = y.clone();
                     let classes = tracks.as_ref().map_or(Vec::new(), |t| t.back(depth).to_vec());
                     all.push(VirtualLight { y, depth, classes });
                 }
