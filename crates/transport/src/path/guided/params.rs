@@ -1,6 +1,6 @@
 //! The guided path tracer's parameters.
 
-use super::field::FieldKind;
+use crate::guiding::FieldKind;
 use crate::path::PathParams;
 use crate::registry::Parameter;
 use crate::roulette::{Roulette, Rule, window};

@@ -11,9 +11,8 @@
 
 use super::super::integrate::{Integrator, MAX_PASSAGES};
 use super::super::walk::{Previous, Walk};
-use super::field::{AnyField, AnyLocal};
 use crate::features::describe;
-use crate::guiding::MixedBsdf;
+use crate::guiding::{AnyField, AnyLocal, MixedBsdf};
 use crate::method::PassStats;
 use crate::roulette::{Collision, Decision, Roulette, Rule, Splitting, Survival, WalkState};
 use crate::trees::{Met, Node, Records, mean, sweep};

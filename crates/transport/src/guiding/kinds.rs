@@ -1,7 +1,7 @@
 //! The fields that can be asked for.
 
-use crate::guiding::{
-    Expected, Field, Guide, LightRecord, LocalDirections, Nothing, Quadtree, ReflectedRecord,
+use super::{
+    Expected, Field, Guide, LightRecord, LocalDirections, Nothing, Quadtree, ReflectedRecord, Tree,
 };
 use crate::saved::Saved;
 use kaustika_math::{Vec2, Vec3};
@@ -21,23 +21,26 @@ pub enum FieldKind {
 
 /// A field of one kind.
 #[derive(Clone, Debug)]
-pub(super) enum AnyField {
+pub enum AnyField {
+    /// [`FieldKind::None`].
     None(Field<Nothing>),
+    /// [`FieldKind::Quadtree`].
     Quadtree(Field<Quadtree>),
 }
 
 /// What it says of directions at a point.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum AnyLocal<'a> {
-    Quadtree(&'a Quadtree),
+pub enum AnyLocal<'a> {
+    /// Of [`AnyField::Quadtree`].
+    Quadtree(&'a Tree),
 }
 
 /// What it says of a point: where light comes from, and what is reflected.
-pub(super) type Known<'a> = (Option<Guide<AnyLocal<'a>>>, Option<Expected>);
+pub type Known<'a> = (Option<Guide<AnyLocal<'a>>>, Option<Expected>);
 
 impl AnyField {
     /// An empty one.
-    pub(super) fn new(kind: FieldKind) -> AnyField {
+    pub fn new(kind: FieldKind) -> AnyField {
         match kind {
             FieldKind::None => AnyField::None(Field::default()),
             FieldKind::Quadtree => AnyField::Quadtree(Field::default()),
@@ -46,7 +49,7 @@ impl AnyField {
 
     /// What is known at `p`; of light toward `wo`, where the albedo is `albedo`.
     #[inline]
-    pub(super) fn at(&self, p: Vec3, wo: Vec3, albedo: f32) -> Known<'_> {
+    pub fn at(&self, p: Vec3, wo: Vec3, albedo: f32) -> Known<'_> {
         match self {
             AnyField::None(f) => (None, f.at(p).expected(wo, albedo)),
             AnyField::Quadtree(f) => {
@@ -61,7 +64,7 @@ impl AnyField {
     }
 
     /// See [`Field::learn`].
-    pub(super) fn learn(
+    pub fn learn(
         &mut self,
         light: &[LightRecord],
         reflected: &[ReflectedRecord],
