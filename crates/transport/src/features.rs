@@ -1,8 +1,9 @@
 //! What a camera path meets first is like, for the layers that people ask for.
 
+use crate::frame::Frame;
 use crate::path_space::Vertex;
 use kaustika_film::accumulate::PixelRecord;
-use kaustika_math::Vec3;
+use kaustika_math::{Vec2, Vec3};
 use kaustika_scene::bsdf::Bsdf;
 use kaustika_scene::{Scene, Surface};
 use kaustika_spectra::{Spectrum, Wavelengths};
@@ -35,6 +36,23 @@ pub fn describe(
     record.uv = [s.uv.x, s.uv.y];
     record.shape = s.shape + 1;
     record.material = scene.material_of(s).0 + 1;
+}
+
+/// Features of the first surface that a camera ray meets, for methods whose paths begin elsewhere.
+pub fn first_seen(scene: &Scene, frame: &Frame, pixel: [u32; 2], index: u64) -> PixelRecord {
+    let mut sampler = frame.sampler.start(pixel, index);
+    let u = sampler.get_vertex();
+    let film = frame.film_sample(pixel, Vec2::new(u[0], u[1]));
+    let camera = scene.camera.sample_we(film.film, Vec2::new(u[2], u[3]), u[4]);
+    let mut lambda = Wavelengths::sample_for(scene.mode, u[5]);
+    let mut record = PixelRecord::default();
+    let wo = -camera.ray.d;
+    if let Some(surface) = scene.intersect(&camera.ray, camera.t_max)
+        && let Some(bsdf) = scene.bsdf(&surface, wo, &mut lambda)
+    {
+        describe(scene, &surface, &bsdf, wo, &lambda, &mut record);
+    }
+    record
 }
 
 /// Features of a point in a medium, at distance `t`: those that it has.

@@ -3,7 +3,7 @@
 use crate::bidirectional::{self, Bdpt, Vcm};
 use crate::method::{Method, MethodInfo};
 use crate::particle::photon_map::{self, PhotonMapper};
-use crate::particle::{self, LightTracer, Vpl};
+use crate::particle::{self, Vpl};
 use crate::path;
 use crate::path::guided::{self, Guided};
 use crate::ray_tracing::backward::{self, Backward};
@@ -46,7 +46,7 @@ pub static ALL: &[Entry] = &[
     Entry {
         info: &particle::LIGHT_INFO,
         parameters: particle::parameters,
-        make: |p| Ok(Box::new(LightTracer::new(parse(p)?))),
+        make: |p| particle::make_light(parse(p)?),
     },
     Entry {
         info: &bidirectional::INFO,

@@ -51,6 +51,18 @@ impl Pixels {
         &self.measurements
     }
 
+    /// Mean of the picture's values over I: below 1 where much of it is dark. 1 while nothing is
+    /// known.
+    pub fn lit(&self) -> f32 {
+        let scale = 1.0 / f64::from(self.passes.max(1));
+        let part = |(sum, i): (&f32, &f32)| f64::from(sum / i) * scale;
+        let whole: f64 = self.sums.iter().zip(&self.measurements).map(part).sum();
+        match self.measurements.len() {
+            0 => 1.0,
+            n => (whole / n as f64) as f32,
+        }
+    }
+
     /// Takes in the values of a pass.
     pub fn learn(&mut self, values: &[f32]) {
         self.sums.iter_mut().zip(values).for_each(|(sum, v)| *sum += v);

@@ -12,7 +12,8 @@
 //! Good at caustics that are seen directly; blind to all that is seen in a mirror or through
 //! clear glass, and to the lights themselves.
 
-use crate::features::describe;
+use super::light_params::LightParams;
+use crate::features::first_seen;
 use crate::frame::Frame;
 use crate::method::{
     Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule,
@@ -21,16 +22,12 @@ use crate::path_space::{
     self, Closing, LightEnd, Splat, Subpath, Tracks, Vertex, Walker, emission_table, needs_lens,
     splat, splat_bands,
 };
-use crate::registry::Parameter;
-use crate::roulette::{Roulette, Survival};
 use crate::workers::Workers;
 use kaustika_film::accumulate::{PassImage, PixelRecord};
-use kaustika_math::Vec2;
 use kaustika_sampling::Sampler;
 use kaustika_scene::bsdf::{Lobes, Mode};
 use kaustika_scene::{LightSelection, Scene, Segment};
 use kaustika_spectra::Wavelengths;
-use serde::Deserialize;
 
 /// What light tracing is.
 pub static INFO: MethodInfo = MethodInfo {
@@ -48,74 +45,6 @@ pub static INFO: MethodInfo = MethodInfo {
 
 /// Samples of a chunk.
 const CHUNK: u32 = 4096;
-
-/// Everything that can be set with `-p KEY=VALUE`.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct LightParams {
-    /// Longest path, counted as pbrt does: 1 direct light; -1 no limit.
-    #[serde(deserialize_with = "crate::registry::bounces")]
-    pub max_depth: i64,
-    /// No Russian roulette before more than this many bounces.
-    pub rr_depth: u32,
-    /// Survival rule.
-    pub roulette: Survival,
-    /// Throughput below which the rule `throughput` plays, above 0.
-    #[serde(deserialize_with = "crate::registry::positive")]
-    pub rr_threshold: f32,
-    /// False: paths must meet the lens by themselves.
-    pub nee: bool,
-    /// Only paths of exactly this many bounces; -1 all.
-    #[serde(deserialize_with = "crate::registry::bounces")]
-    pub only_depth: i64,
-}
-
-impl Default for LightParams {
-    fn default() -> Self {
-        LightParams {
-            max_depth: -1,
-            rr_depth: 1,
-            roulette: Survival::Throughput,
-            rr_threshold: 0.4,
-            nee: true,
-            only_depth: -1,
-        }
-    }
-}
-
-/// The parameters with their defaults and meanings.
-pub fn parameters() -> Vec<Parameter> {
-    let d = LightParams::default();
-    let p = |key, default: String, help| Parameter { key, default, help };
-    vec![
-        p(
-            "max_depth",
-            d.max_depth.to_string(),
-            "longest path as pbrt counts (1 direct light; -1 no limit); a scene file's own value comes first",
-        ),
-        p(
-            "rr_depth",
-            d.rr_depth.to_string(),
-            "no Russian roulette before more than this many bounces",
-        ),
-        p("roulette", "throughput".into(), "survival rule: none, throughput, albedo"),
-        p(
-            "rr_threshold",
-            d.rr_threshold.to_string(),
-            "throughput below which the rule `throughput` plays",
-        ),
-        p(
-            "nee",
-            d.nee.to_string(),
-            "false: paths are not connected to the lens but must meet it, which needs a lens with an area",
-        ),
-        p(
-            "only_depth",
-            d.only_depth.to_string(),
-            "only paths of exactly this many bounces; -1 all",
-        ),
-    ]
-}
 
 /// The method.
 #[derive(Debug)]
@@ -167,7 +96,7 @@ impl Method for LightTracer {
                     let pixel = [frame.region[0] + x, frame.region[1] + band.y + y];
                     tracer.sample(pixel, index, path, splats, &mut stats);
                     let record = match band.wants_features() {
-                        true => tracer.features(pixel, index),
+                        true => first_seen(scene, frame, pixel, index),
                         false => PixelRecord::default(),
                     };
                     band.add(x, y, &PixelRecord { weight: 1.0, ..record });
@@ -201,14 +130,6 @@ impl<'a> Tracer<'a> {
         params: &LightParams,
         emission: &'a LightSelection,
     ) -> Tracer<'a> {
-        let depth = |d: i64| usize::try_from(d).ok();
-        let only_depth = depth(params.only_depth);
-        let max_depth = [depth(params.max_depth), only_depth].into_iter().flatten().min();
-        let roulette = Roulette {
-            survival: params.roulette,
-            rr_depth: params.rr_depth,
-            threshold: params.rr_threshold,
-        };
         let [w, h] = frame.size();
         Tracer {
             scene,
@@ -216,14 +137,14 @@ impl<'a> Tracer<'a> {
             emission,
             walker: Walker {
                 scene,
-                roulette,
+                roulette: params.roulette(),
                 mode: Mode::Importance,
                 until_smooth: false,
                 lobes: Lobes::ALL,
             },
             nee: params.nee,
-            max_depth: max_depth.unwrap_or(usize::MAX),
-            only_depth,
+            max_depth: params.max_bounces(),
+            only_depth: params.only_bounces(),
             scale: 1.0 / (w as f32 * h as f32),
         }
     }
@@ -296,23 +217,5 @@ impl<'a> Tracer<'a> {
             let closing = Closing::AtLens(i + 1);
             splat(self.frame, tracks, &closing, value, hit.film, &y.lambda, splats, stats);
         }
-    }
-
-    /// Features of the first surface that a camera ray meets.
-    fn features(&self, pixel: [u32; 2], index: u64) -> PixelRecord {
-        let (scene, frame) = (self.scene, self.frame);
-        let mut sampler = frame.sampler.start(pixel, index);
-        let u = sampler.get_vertex();
-        let film = frame.film_sample(pixel, Vec2::new(u[0], u[1]));
-        let camera = scene.camera.sample_we(film.film, Vec2::new(u[2], u[3]), u[4]);
-        let mut lambda = Wavelengths::sample_for(scene.mode, u[5]);
-        let mut record = PixelRecord::default();
-        let wo = -camera.ray.d;
-        if let Some(surface) = scene.intersect(&camera.ray, camera.t_max)
-            && let Some(bsdf) = scene.bsdf(&surface, wo, &mut lambda)
-        {
-            describe(scene, &surface, &bsdf, wo, &lambda, &mut record);
-        }
-        record
     }
 }

@@ -3,7 +3,7 @@
 use super::{Departure, Start, Vertex, solid_angle_to_area};
 use kaustika_math::{Vec2, Vec3};
 use kaustika_sampling::Sampler;
-use kaustika_scene::{Light, LightId, LightSelection, Scene};
+use kaustika_scene::{Light, LightChoice, LightId, LightSelection, Scene};
 use kaustika_spectra::Wavelengths;
 
 /// How lights are chosen to emit: by power.
@@ -75,8 +75,21 @@ impl LightEnd {
     ) -> Option<(LightEnd, Start)> {
         let u = sampler.get_vertex();
         let choice = table.sample(Vec3::ZERO, Vec3::ZERO, u[4], Vec2::new(u[0], u[1]))?;
+        LightEnd::emit_chosen(scene, table, &choice, Vec2::new(u[2], u[3]), lambda, time)
+    }
+
+    /// As [`LightEnd::emit`], where light and point were chosen, `v` chooses the direction, and
+    /// `choice.p` is the density of all these choices.
+    pub fn emit_chosen(
+        scene: &Scene,
+        table: &LightSelection,
+        choice: &LightChoice,
+        v: Vec2,
+        lambda: &Wavelengths,
+        time: f32,
+    ) -> Option<(LightEnd, Start)> {
         let light = scene.light(choice.light);
-        let mut e = light.sample_le(scene, choice.u, Vec2::new(u[2], u[3]), lambda)?;
+        let mut e = light.sample_le(scene, choice.u, v, lambda)?;
         e.ray.time = time;
         // The normal as the surface has it, on whichever side the ray leaves.
         let end = LightEnd::new(scene, table, choice.light, e.ray.o, e.n, e.ray.d);

@@ -32,20 +32,31 @@ pub fn splat(
     splats: &mut Vec<Splat>,
     stats: &mut PassStats,
 ) {
-    let mut leave = |value: Spectrum, layer| {
-        let rgb = frame.sensor.rgb(value, lambda);
-        let sound = rgb.iter().all(|v| v.is_finite());
-        if sound {
-            splats.push(Splat { film, layer, rgb: frame.clamp(rgb) });
-        }
-        sound
-    };
-    stats.bad_samples += u64::from(!leave(value, None));
+    let sound = leave(frame, None, value, film, lambda, splats);
+    stats.bad_samples += u64::from(!sound);
     if let Some(tracks) = tracks {
         tracks.each(closing, |layer, part| {
-            leave(value * part, Some(layer));
+            leave(frame, Some(layer), value * part, film, lambda, splats);
         });
     }
+}
+
+/// Leaves a value on a layer, `None` being the picture; false, and nothing left, if it is no
+/// number.
+pub fn leave(
+    frame: &Frame,
+    layer: Option<usize>,
+    value: Spectrum,
+    film: Vec2,
+    lambda: &Wavelengths,
+    splats: &mut Vec<Splat>,
+) -> bool {
+    let rgb = frame.sensor.rgb(value, lambda);
+    let sound = rgb.iter().all(|v| v.is_finite());
+    if sound {
+        splats.push(Splat { film, layer, rgb: frame.clamp(rgb) });
+    }
+    sound
 }
 
 /// Bands whose splats are kept at the same time: bounds the memory they take.

@@ -11,7 +11,7 @@ use kaustika_scene::{Scene, Surface};
 use kaustika_spectra::{Spectrum, Wavelengths};
 
 /// Passages through interfaces between two vertices a walk may make before it is given up.
-pub(super) const MAX_PASSAGES: u32 = 1000;
+pub const MAX_PASSAGES: u32 = 1000;
 
 /// How a subpath leaves its end: what gives the density of its first vertex.
 #[derive(Clone, Copy, Debug)]

@@ -7,14 +7,16 @@
 //!
 //! At a vertex y a path goes on in n = ⌊q + ξ⌋ copies. Copy j asks for light directly (dⱼ), draws a
 //! direction with weight wⱼ = f |cos θ|/p, and finds the radiance vⱼ along it, if it survives with
-//! probability rⱼ. A [`Node`] is one copy: its direction, and what its ray met. Parents stand before
+//! probability rⱼ. Paths of light are the same with the importance of the picture in the place of
+//! radiance, and are shown to the lens where they arrive. A [`Node`] is one copy: its direction, and what its ray met. Parents stand before
 //! their children, so that one sweep from the last node to the first makes all estimates (1) and
 //! (2), and with them the records that fields and factors learn from. They are estimates of light
 //! as it is, whatever the factors q were: what is learned does not depend on what was decided
 //! by it.
 
 use crate::guiding::{LightRecord, ReflectedRecord};
-use kaustika_math::Vec3;
+use kaustika_math::{Vec3, mix_bits};
+use kaustika_sampling::hash::combine;
 use kaustika_spectra::{ColorMode, Spectrum, Wavelengths};
 
 /// The parent of a tree's first node.
@@ -43,7 +45,7 @@ pub struct Node {
     pub survival: f32,
     /// Light found by asking for it, that belongs to this copy.
     pub direct: Spectrum,
-    /// True if it asked.
+    /// True if it asked, for a light or, where its ray ended, for the lens.
     pub asked: bool,
     /// True if its ray was traced.
     pub traced: bool,
@@ -115,7 +117,7 @@ impl Node {
 }
 
 /// Radiance at a hero wavelength alone, for a path that has four: the others' shares are its own.
-fn hero_for_all(s: Spectrum) -> Spectrum {
+pub fn hero_for_all(s: Spectrum) -> Spectrum {
     Spectrum([4.0 * s[0], 0.0, 0.0, 0.0])
 }
 
@@ -140,6 +142,28 @@ pub struct Records {
     pub light: Vec<LightRecord>,
     /// Of vertices.
     pub reflected: Vec<ReflectedRecord>,
+}
+
+impl Records {
+    /// Puts numbers at random in the place of what was found, and of the pixels' `values`; nothing
+    /// at all in places. What a method renders must stay right.
+    pub fn mislead(&mut self, values: &mut [f32], index: u64) {
+        for (i, r) in self.light.iter_mut().enumerate() {
+            r.radiance = if r.w.x > 0.2 { 0.0 } else { nonsense(index, i, 0) };
+            r.product = r.pdf * nonsense(index, i, 1);
+        }
+        for (i, r) in self.reflected.iter_mut().enumerate() {
+            (r.mean, r.cost) = (nonsense(index, i, 2), 1.0 + nonsense(index, i, 3));
+            r.moment = r.mean * r.mean;
+        }
+        values.iter_mut().enumerate().for_each(|(i, v)| *v = nonsense(index, i, 4));
+    }
+}
+
+/// A number between 0 and e⁸ for [`Records::mislead`].
+pub fn nonsense(index: u64, i: usize, k: u64) -> f32 {
+    let x = (mix_bits(combine(combine(index, k), i as u64)) >> 40) as f32 / (1u32 << 24) as f32;
+    if x < 0.3 { 0.0 } else { (8.0 * x).exp() }
 }
 
 /// Makes the estimates of all nodes, and the records.

@@ -16,7 +16,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 /// A room with glass, metal and a lamp behind a screen, so that most light comes by a wall.
-fn furnished() -> Stage {
+pub(crate) fn furnished() -> Stage {
     let mut stage = room();
     let glass = stage.glass(1.5, 0.0);
     stage.shape(sphere(0.25), at(0.45, -0.2, 0.26), glass);
@@ -28,7 +28,8 @@ fn furnished() -> Stage {
     stage
 }
 
-const RULES: [&str; 6] = ["none", "throughput", "albedo", "szirmay-kalos", "adjoint", "efficiency"];
+pub(crate) const RULES: [&str; 6] =
+    ["none", "throughput", "albedo", "szirmay-kalos", "adjoint", "efficiency"];
 
 /// The method, which never goes on as plain paths.
 fn guided(p: Value) -> Guided {

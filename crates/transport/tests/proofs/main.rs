@@ -15,6 +15,7 @@ mod cutouts;
 mod fields;
 mod furnace;
 mod guided;
+mod guided_light;
 mod hair;
 mod irradiance;
 mod layers;

@@ -39,8 +39,6 @@ use crate::saved::Saved;
 use crate::trees::Records;
 use crate::workers::Workers;
 use kaustika_film::accumulate::PassImage;
-use kaustika_math::mix_bits;
-use kaustika_sampling::hash::combine;
 use kaustika_scene::{LightSelection, Scene};
 use std::io::{self, Read, Write};
 
@@ -147,23 +145,6 @@ impl Guided {
     }
 }
 
-/// Puts numbers at random in the place of what was found, nothing at all in places.
-fn mislead(records: &mut Records, values: &mut [f32], index: u64) {
-    let number = |i: usize, k: u64| {
-        let x = (mix_bits(combine(combine(index, k), i as u64)) >> 40) as f32 / (1u32 << 24) as f32;
-        if x < 0.3 { 0.0 } else { (8.0 * x).exp() }
-    };
-    for (i, r) in records.light.iter_mut().enumerate() {
-        r.radiance = if r.w.x > 0.2 { 0.0 } else { number(i, 0) };
-        r.product = r.pdf * number(i, 1);
-    }
-    for (i, r) in records.reflected.iter_mut().enumerate() {
-        (r.mean, r.cost) = (number(i, 2), 1.0 + number(i, 3));
-        r.moment = r.mean * r.mean;
-    }
-    values.iter_mut().enumerate().for_each(|(i, v)| *v = number(i, 4));
-}
-
 impl Method for Guided {
     fn info(&self) -> &'static MethodInfo {
         match self.field {
@@ -231,7 +212,7 @@ impl Method for Guided {
         }
         if learns {
             if self.misled {
-                mislead(&mut records, &mut values, index);
+                records.mislead(&mut values, index);
             }
             workers.install(|| self.learn(index, &records, &values, &stats));
         }

@@ -1,0 +1,216 @@
+//! Emission that is learned: which light, from where and in which direction.
+//!
+//! ```text
+//! p(l, u, v) = α p_Φ(l) + (1 - α) p_l e_l(u) d_l(v),     α = ¼                              (1)
+//! p_l ∝ ∫∫ X_l,   e_l(u) ∝ ∫ X_l dv,   d_l(v) ∝ ∫ X_l du                                  (2)
+//! β ← β/p(l, u, v)                                                                         (3)
+//! ```
+//!
+//! l is a light, u and v in [0,1)² the primary numbers from which it makes a point and a direction,
+//! p_Φ the choice by power, X_l(u, v) what such a path was found to contribute, over its density.
+//! Whatever a light is, its way from numbers to rays stays its own, and its densities are
+//! multiplied by that of the numbers. Two quadtrees a light stand for the joint density of four
+//! numbers: where place and direction must fit together, as of a sun that shines through a window,
+//! they know less than there is to know.
+
+use crate::guiding::Square;
+use crate::saved::{Saved, saved};
+use crate::trees::nonsense;
+use kaustika_math::{ONE_MINUS_EPSILON, Vec2, Vec3};
+use kaustika_sampling::distribution::Discrete;
+use kaustika_scene::{LightChoice, LightId, LightSelection};
+use std::io::{self, Read, Write};
+
+/// α of (1): the share of paths that leave their lights as if nothing were known.
+const ALPHA: f32 = 0.25;
+
+/// What is known of the lights.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Emission {
+    lights: Vec<OfLight>,
+    /// p_l, once there is one.
+    known: Option<Discrete>,
+}
+
+/// What is known of a light.
+#[derive(Clone, Debug, Default)]
+struct OfLight {
+    /// Σ X of this iteration, and of the last one.
+    learning: f32,
+    known: f32,
+    /// e_l and d_l of (2), once it contributed anything.
+    squares: Option<[Square; 2]>,
+}
+
+saved!(OfLight { learning, known, squares });
+
+/// How a path left its light, and what it contributed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct EmissionRecord {
+    /// l.
+    pub light: LightId,
+    /// u, v.
+    pub numbers: [Vec2; 2],
+    /// X over p(l, u, v).
+    pub contribution: f32,
+}
+
+impl Emission {
+    /// Of so many lights, nothing known.
+    pub(super) fn new(lights: usize) -> Emission {
+        Emission { lights: vec![OfLight::default(); lights], known: None }
+    }
+
+    /// Number of lights.
+    pub(super) fn count(&self) -> usize {
+        self.lights.len()
+    }
+
+    /// Draws by (1): light, point and density as a choice, and the numbers of the direction.
+    pub(super) fn sample(
+        &self,
+        table: &LightSelection,
+        u: &[f32; 8],
+    ) -> Option<(LightChoice, Vec2)> {
+        let (mut place, mut direction) = (Vec2::new(u[0], u[1]), Vec2::new(u[2], u[3]));
+        let by_power = |place| table.sample(Vec3::ZERO, Vec3::ZERO, u[4], place);
+        let Some(known) = &self.known else {
+            return by_power(place).map(|choice| (choice, direction));
+        };
+        let light = if u[5] < ALPHA {
+            let choice = by_power(place)?;
+            place = choice.u;
+            choice.light
+        } else {
+            let light = known.sample(u[4]).index;
+            if let Some([of_place, of_direction]) = &self.lights[light].squares {
+                place = draw(of_place, place);
+                direction = draw(of_direction, direction);
+            }
+            LightId(light as u32)
+        };
+        let p = self.pdf(known, table, light, [place, direction]);
+        Some((LightChoice { light, region: None, p, u: place }, direction))
+    }
+
+    /// (1)
+    fn pdf(
+        &self,
+        known: &Discrete,
+        table: &LightSelection,
+        light: LightId,
+        numbers: [Vec2; 2],
+    ) -> f32 {
+        let by_power = table.pmf(Vec3::ZERO, Vec3::ZERO, light);
+        let mut learned = known.pmf(light.0 as usize);
+        if let Some(squares) = &self.lights[light.0 as usize].squares {
+            for (square, p) in squares.iter().zip(numbers) {
+                learned *= square.known().map_or(1.0, |tree| tree.density(p));
+            }
+        }
+        ALPHA * by_power + (1.0 - ALPHA) * learned
+    }
+
+    /// Takes in the records of a pass.
+    pub(super) fn learn(&mut self, records: &[EmissionRecord]) {
+        for r in records.iter().filter(|r| r.contribution.is_finite() && r.contribution > 0.0) {
+            let of = &mut self.lights[r.light.0 as usize];
+            of.learning += r.contribution;
+            let squares = of.squares.get_or_insert_default();
+            squares.iter_mut().zip(r.numbers).for_each(|(s, p)| s.learn(p, r.contribution));
+        }
+    }
+
+    /// Takes over what was learned.
+    pub(super) fn refine(&mut self) {
+        for of in &mut self.lights {
+            of.known = std::mem::take(&mut of.learning);
+            of.squares.iter_mut().flatten().for_each(Square::refine);
+        }
+        self.choose();
+    }
+
+    /// p_l of (2); none if nothing showed.
+    fn choose(&mut self) {
+        let weights: Vec<f32> = self.lights.iter().map(|of| of.known).collect();
+        self.known = Discrete::new(&weights).ok();
+    }
+}
+
+/// Numbers drawn from what is known.
+fn draw(square: &Square, u: Vec2) -> Vec2 {
+    square.known().map_or(u, |tree| {
+        let p = tree.sample(u).0;
+        Vec2::new(p.x.min(ONE_MINUS_EPSILON), p.y.min(ONE_MINUS_EPSILON))
+    })
+}
+
+/// Puts numbers at random in the place of what was found.
+pub(super) fn mislead(records: &mut [EmissionRecord], index: u64) {
+    for (i, r) in records.iter_mut().enumerate() {
+        r.contribution = if r.numbers[1].y > 0.6 { 0.0 } else { nonsense(index, i, 5) };
+    }
+}
+
+impl Saved for Emission {
+    fn save(&self, out: &mut dyn Write) -> io::Result<()> {
+        self.lights.save(out)
+    }
+
+    fn load(from: &mut dyn Read) -> io::Result<Self> {
+        let mut loaded = Emission { lights: Saved::load(from)?, known: None };
+        loaded.choose();
+        Ok(loaded)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two lights, of which one showed, and that from one corner of its numbers.
+    fn taught() -> Emission {
+        let mut emission = Emission::new(2);
+        for pass in 0..3u64 {
+            let record = |i: usize| {
+                let n = |k| nonsense(pass, i, k).ln_1p() / 8.001;
+                let numbers = [Vec2::new(n(0), n(1)), Vec2::new(n(2), n(3))];
+                let shows = numbers[0].x < 0.5 && numbers[1].y > 0.5;
+                let contribution = if shows { 1.0 } else { 0.0 };
+                EmissionRecord { light: LightId(1), numbers, contribution }
+            };
+            emission.learn(&(0..5000).map(record).collect::<Vec<_>>());
+            emission.refine();
+        }
+        emission
+    }
+
+    #[test]
+    fn the_learned_density_is_one_in_all_and_what_was_saved() {
+        let emission = taught();
+        let known = emission.known.as_ref().expect("learned");
+        // Without lights the choice by power is nothing.
+        let dark = LightSelection::default();
+        let n = 32;
+        let at = |i: usize| (i as f32 + 0.5) / n as f32;
+        let whole: f64 = (0..n * n * n * n)
+            .map(|i| {
+                let u = Vec2::new(at(i % n), at(i / n % n));
+                let v = Vec2::new(at(i / (n * n) % n), at(i / (n * n * n)));
+                f64::from(emission.pdf(known, &dark, LightId(1), [u, v]))
+            })
+            .sum::<f64>()
+            / (n * n * n * n) as f64;
+        // As exact as the grid meets the leaves' borders.
+        assert!((whole / f64::from(1.0 - ALPHA) - 1.0).abs() < 0.05, "{whole}");
+        assert_eq!(emission.pdf(known, &dark, LightId(0), [Vec2::ZERO; 2]), 0.0);
+        let mut bytes = Vec::new();
+        emission.save(&mut bytes).expect("written");
+        let loaded = Emission::load(&mut &bytes[..]).expect("read");
+        let at = [Vec2::new(0.2, 0.3), Vec2::new(0.1, 0.7)];
+        let of_loaded = loaded.known.as_ref().expect("learned");
+        let pdf = loaded.pdf(of_loaded, &dark, LightId(1), at);
+        assert_eq!(pdf, emission.pdf(known, &dark, LightId(1), at));
+        assert!(pdf > 2.0, "{pdf}");
+    }
+}
