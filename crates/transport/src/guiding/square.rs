@@ -228,7 +228,7 @@ mod tests {
             square.refine();
         }
         let tree = square.known().expect("learned");
-        let n = 500;
+        let n = 512;
         let at = |i: i32| (i as f32 + 0.5) / n as f32;
         let whole: f64 =
             (0..n * n).map(|i| f64::from(tree.density(Vec2::new(at(i % n), at(i / n))))).sum();

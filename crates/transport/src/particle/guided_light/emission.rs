@@ -167,13 +167,16 @@ impl Saved for Emission {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use kaustika_math::mix_bits;
+    use kaustika_sampling::hash::combine;
 
     /// Two lights, of which one showed, and that from one corner of its numbers.
     fn taught() -> Emission {
         let mut emission = Emission::new(2);
         for pass in 0..3u64 {
             let record = |i: usize| {
-                let n = |k| nonsense(pass, i, k).ln_1p() / 8.001;
+                let bits = |k| mix_bits(combine(combine(pass, k), i as u64)) >> 40;
+                let n = |k| bits(k) as f32 / (1u32 << 24) as f32;
                 let numbers = [Vec2::new(n(0), n(1)), Vec2::new(n(2), n(3))];
                 let shows = numbers[0].x < 0.5 && numbers[1].y > 0.5;
                 let contribution = if shows { 1.0 } else { 0.0 };
