@@ -18,6 +18,7 @@
 mod choice;
 mod field;
 pub mod octahedron;
+mod mixture;
 mod quadtree;
 mod space;
 #[cfg(test)]
@@ -25,6 +26,7 @@ mod tests;
 
 pub use choice::{Choice, DirectionSample, Guide, MixedBsdf};
 pub use field::Field;
+pub use mixture::{LocalMixture, Mixture};
 pub use quadtree::Quadtree;
 pub use space::{Placed, SpaceTree};
 
@@ -89,4 +91,15 @@ pub trait LocalDirections {
 
     /// ∫ L̄ᵢ max(0, cos θ) dω over the hemisphere about the unit normal `n`.
     fn irradiance(&self, n: Vec3) -> f32;
+
+    /// The same, but that directions are drawn for a diffuse surface with the unit normal `n`:
+    /// by radiance times cosine, if the distribution knows how to; a rough product will do. Mean
+    /// radiance and irradiance stay as they are.
+    fn towards(self, n: Vec3) -> Self
+    where
+        Self: Sized,
+    {
+        let _ = n;
+        self
+    }
 }
