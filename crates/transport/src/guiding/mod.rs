@@ -17,8 +17,8 @@
 
 mod choice;
 mod field;
-pub mod octahedron;
 mod mixture;
+pub mod octahedron;
 mod quadtree;
 mod space;
 #[cfg(test)]

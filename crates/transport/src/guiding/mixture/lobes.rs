@@ -224,6 +224,26 @@ impl Known {
         self.lobes.moved(self.pivot - p, &self.nearness)
     }
 
+    /// What it was made of.
+    pub fn lobes(&self) -> Vec<Lobe> {
+        let lobe = |k: usize| {
+            let (block, at) = (k / LANES, |row: &Lanes| row.as_array()[k % LANES]);
+            let b = &self.lobes.blocks[block];
+            Lobe {
+                mean: Vec3::new(at(&b.mean.x), at(&b.mean.y), at(&b.mean.z)),
+                kappa: at(&b.kappa),
+                weight: at(&b.weight),
+                nearness: at(&self.nearness[block]),
+            }
+        };
+        (0..self.lobes.count).map(lobe).collect()
+    }
+
+    /// x₀.
+    pub fn pivot(&self) -> Vec3 {
+        self.pivot
+    }
+
     /// Number of lobes.
     pub fn count(&self) -> usize {
         self.lobes.count

@@ -17,6 +17,7 @@
 
 mod expectation;
 mod lobes;
+mod saving;
 mod split;
 #[cfg(test)]
 mod tests;
@@ -199,15 +200,19 @@ impl Mixture {
 
     /// What was learned counts less from now on.
     fn fade(&mut self) {
-        let kept = KEPT.min(MOST_KEPT / self.records);
-        for c in &mut self.components {
-            c.sums = Sums::default().plus(&c.sums, kept);
-            c.misfit = Misfit::default();
-        }
-        self.records *= kept;
-        self.energy *= kept;
-        self.squares *= kept * kept;
+        self.scale(KEPT.min(MOST_KEPT / self.records));
+        self.components.iter_mut().for_each(|c| c.misfit = Misfit::default());
         self.since_split = 0.0;
+    }
+
+    /// What was learned counts `times` as much.
+    fn scale(&mut self, times: f64) {
+        for c in &mut self.components {
+            c.sums = Sums::default().plus(&c.sums, times);
+        }
+        self.records *= times;
+        self.energy *= times;
+        self.squares *= times * times;
     }
 }
 
@@ -285,6 +290,10 @@ impl Directions for Mixture {
         let fluence = (self.energy / self.records) as f32;
         self.known = Some(Box::new(Known::new(&lobes, self.pivot, fluence)));
         self.fade();
+    }
+
+    fn halve(&mut self) {
+        self.scale(0.5);
     }
 }
 

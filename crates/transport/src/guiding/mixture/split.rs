@@ -243,6 +243,8 @@ mod tests {
             assert!((c.lobe.mean.y.abs() - apart.sin()).abs() < 0.03, "{:?}", c.lobe);
             assert!((c.lobe.kappa / 90.0 - 1.0).abs() < 0.2, "{:?}", c.lobe);
             assert_eq!(c.lobe.nearness, 0.25);
+            let r = Vec3::from(c.sums.direction.map(|x| x as f32)).normalize();
+            assert!(r.dot(c.lobe.mean) > 0.9999, "{:?} {r:?}", c.lobe);
             assert!((c.sums.records() / (0.5 * before[0].sums.records()) - 1.0).abs() < 1e-6);
         }
         let sum = after[0].sums.plus(&after[1].sums, 1.0);

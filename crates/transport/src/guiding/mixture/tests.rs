@@ -4,6 +4,7 @@ use super::expectation::Expectation;
 use super::lobes::{Known, Lobe, Lobes};
 use super::*;
 use crate::guiding::tests::{draws_its_density, number, over_the_sphere, uniform_record};
+use crate::saved::Saved;
 use kaustika_math::{ONE_MINUS_EPSILON, warp};
 use std::f32::consts::PI;
 
@@ -308,4 +309,27 @@ fn children_begin_with_what_their_parent_knew() {
         w.dot(to) > 0.98
     });
     assert!(hits.count() > 750);
+}
+
+#[test]
+fn what_is_saved_goes_on_as_if_it_never_stopped() {
+    let mut mixture = learned(3, |i| near_a_light(i, 4000, Vec3::Z));
+    mixture.learn(&near_a_light(3, 4000, Vec3::Z));
+    let mut bytes = Vec::new();
+    mixture.save(&mut bytes).expect("a list takes all");
+    let mut again = Mixture::load(&mut &bytes[..]).expect("whole");
+    for _ in 0..2 {
+        for i in 0..100 {
+            let (p, u) =
+                (warp::uniform_sphere(Vec2::new(number(i, 0), number(i, 1))), number(i, 2));
+            let at =
+                |m: &Mixture| m.at(p * 0.3).expect("learned").sample(Vec2::new(u, number(i, 3)));
+            assert_eq!(at(&mixture), at(&again));
+        }
+        mixture.refine();
+        again.refine();
+    }
+    for n in (0..bytes.len()).step_by(7) {
+        assert!(Mixture::load(&mut &bytes[..n]).is_err(), "{n}");
+    }
 }
