@@ -17,6 +17,7 @@
 
 mod choice;
 mod field;
+mod mixture;
 pub mod octahedron;
 mod quadtree;
 mod reflected;
@@ -26,6 +27,7 @@ mod tests;
 
 pub use choice::{Choice, DirectionSample, Guide, MixedBsdf};
 pub use field::{Cell, Field, Nothing};
+pub use mixture::{LocalMixture, Mixture};
 pub use quadtree::Quadtree;
 pub use reflected::{Expected, Reflected, ReflectedRecord};
 pub use space::{Placed, SpaceTree};
@@ -91,4 +93,15 @@ pub trait LocalDirections {
 
     /// ∫ L̄ᵢ max(0, cos θ) dω over the hemisphere about the unit normal `n`.
     fn irradiance(&self, n: Vec3) -> f32;
+
+    /// The same, but that directions are drawn for a diffuse surface with the unit normal `n`:
+    /// by radiance times cosine, if the distribution knows how to; a rough product will do. Mean
+    /// radiance and irradiance stay as they are.
+    fn towards(self, n: Vec3) -> Self
+    where
+        Self: Sized,
+    {
+        let _ = n;
+        self
+    }
 }

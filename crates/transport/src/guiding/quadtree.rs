@@ -63,6 +63,13 @@ impl Default for Quadtree {
     }
 }
 
+impl Quadtree {
+    /// Number of nodes of the tree that answers.
+    pub fn size(&self) -> usize {
+        self.known.nodes.len()
+    }
+}
+
 impl Tree {
     /// The quadrant of a node that `p` lies in; `p` is then its place in the quadrant.
     #[inline]
