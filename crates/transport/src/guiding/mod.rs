@@ -17,20 +17,26 @@
 
 mod choice;
 mod field;
+mod kinds;
 mod mixture;
 pub mod octahedron;
+mod pixels;
 mod quadtree;
 mod reflected;
 mod space;
+mod square;
 #[cfg(test)]
 mod tests;
 
 pub use choice::{Choice, DirectionSample, Guide, MixedBsdf};
 pub use field::{Cell, Field, Nothing};
+pub use kinds::{AnyField, AnyLocal, FieldKind, Known};
 pub use mixture::{LocalMixture, Mixture};
+pub use pixels::Pixels;
 pub use quadtree::Quadtree;
 pub use reflected::{Expected, Reflected, ReflectedRecord};
 pub use space::{Placed, SpaceTree};
+pub use square::{Square, Tree};
 
 use kaustika_math::{Vec2, Vec3};
 

@@ -17,21 +17,17 @@
 //! Good where light comes from few directions: doors that stand ajar, lamps in shades, windows.
 //! What nobody has found yet, nobody can learn: caustics of small lamps want `bdpt` or `vcm`.
 
-mod field;
 mod params;
-mod pixels;
 mod trace;
 
-pub use field::FieldKind;
 pub use params::{GuidedParams, parameters};
 
-use self::field::AnyField;
-use self::pixels::Pixels;
 use self::trace::{Forest, Guides};
 use super::integrate::Integrator;
 use super::rows;
 use super::wave::Wave;
 use crate::frame::Frame;
+use crate::guiding::{AnyField, Pixels};
 use crate::lights;
 use crate::method::{
     Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule,
@@ -172,7 +168,7 @@ impl Method for Guided {
     fn info(&self) -> &'static MethodInfo {
         match self.field {
             AnyField::None(_) => &SPLITTING_INFO,
-            AnyField::Quadtree(_) => &INFO,
+            AnyField::Quadtree(_) | AnyField::Mixture(_) => &INFO,
         }
     }
 

@@ -17,7 +17,7 @@ const OUTLIERS: f64 = 0.001;
 
 /// Grey values of the picture, as far as it is known.
 #[derive(Clone, Debug)]
-pub(super) struct Pixels {
+pub struct Pixels {
     width: u64,
     sums: Vec<f32>,
     passes: u32,
@@ -33,7 +33,8 @@ pub(super) struct Pixels {
 saved!(Pixels { width, sums, passes, first, errors, of_iteration, measurements });
 
 impl Pixels {
-    pub(super) fn new(width: usize, height: usize) -> Pixels {
+    /// Of a picture of this size, nothing known.
+    pub fn new(width: usize, height: usize) -> Pixels {
         Pixels {
             width: width as u64,
             sums: vec![0.0; width * height],
@@ -46,12 +47,12 @@ impl Pixels {
     }
 
     /// I of every pixel, row by row; empty while nothing is known.
-    pub(super) fn measurements(&self) -> &[f32] {
+    pub fn measurements(&self) -> &[f32] {
         &self.measurements
     }
 
     /// Takes in the values of a pass.
-    pub(super) fn learn(&mut self, values: &[f32]) {
+    pub fn learn(&mut self, values: &[f32]) {
         self.sums.iter_mut().zip(values).for_each(|(sum, v)| *sum += v);
         self.passes += 1;
         if self.first.is_empty() {
@@ -75,7 +76,7 @@ impl Pixels {
     }
 
     /// Ends an iteration: V̄ of its samples, if it is not nothing.
-    pub(super) fn end(&mut self) -> Option<f32> {
+    pub fn end(&mut self) -> Option<f32> {
         let variance = (self.errors / f64::from(self.of_iteration.max(1))) as f32;
         (self.errors, self.of_iteration) = (0.0, 0);
         self.smooth();
@@ -83,7 +84,7 @@ impl Pixels {
     }
 
     /// V̄ of the plain paths of the first pass.
-    pub(super) fn plain(&self) -> f32 {
+    pub fn plain(&self) -> f32 {
         self.error(&self.first) as f32
     }
 
