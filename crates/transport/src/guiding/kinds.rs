@@ -34,6 +34,10 @@ pub enum AnyField {
 }
 
 /// What it says of directions at a point.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "made at each vertex: a box would be memory each time"
+)]
 #[derive(Clone, Copy, Debug)]
 pub enum AnyLocal<'a> {
     /// Of [`AnyField::Quadtree`].
