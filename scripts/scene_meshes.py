@@ -3,7 +3,7 @@
 
     scripts/scene_meshes.py
 
-Surfaces of revolution about the y axis and the water of the pool, as binary PLY with normals. Needs Python and NumPy.
+Surfaces of revolution about the y axis, a teapot and the water of the pool, as binary PLY with normals. Needs Python and NumPy.
 """
 import os
 
@@ -31,7 +31,7 @@ def quads(rows, columns):
     return np.concatenate([np.stack([a, a + columns, a + 1], 1), np.stack([a + 1, a + columns, a + columns + 1], 1)])
 
 
-def lathe(name, radius, height, normal, around):
+def turned(radius, height, normal, around):
     """Turns a profile about the y axis; `normal` are its (radial, vertical) normals. Seams and poles keep their points doubled."""
     phi = np.linspace(0, 2 * np.pi, around + 1)
     phi[-1] = 0
@@ -40,7 +40,41 @@ def lathe(name, radius, height, normal, around):
     points = turn(radius, height)
     a, b, c = (points[triangles[:, k]] for k in range(3))
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    write(name, points, turn(*normal), triangles[area > 1e-9])
+    return points, turn(*normal), triangles[area > 1e-9]
+
+
+def lathe(name, radius, height, normal, around):
+    write(name, *turned(radius, height, normal, around))
+
+
+def profile(*pieces):
+    """One profile of pieces (radii, heights) with an edge between each two, and its normals: outward where the piece goes down."""
+    normals = [(-np.gradient(y), np.gradient(r)) for r, y in pieces]
+    join = lambda pairs: tuple(np.concatenate(side) for side in zip(*pairs))
+    return *join(pieces), join(normals)
+
+
+def line(r0, y0, r1, y1):
+    return np.array([r0, r1]), np.array([y0, y1])
+
+
+def hose(x, y, radius, around):
+    """A tube about a curve in the plane z = 0, open at both ends."""
+    dx, dy = np.gradient(x), np.gradient(y)
+    length = np.hypot(dx, dy)
+    phi = np.linspace(0, 2 * np.pi, around + 1)
+    phi[-1] = 0
+    side, out = np.cos(phi), np.sin(phi)
+    normals = np.stack([np.outer(-dy / length, side), np.outer(dx / length, side), np.outer(np.ones_like(x), out)], -1)
+    points = np.stack([x, y, np.zeros_like(x)], -1)[:, None] + radius[:, None, None] * normals
+    return points.reshape(-1, 3), normals.reshape(-1, 3), quads(len(x), around + 1)[:, [0, 2, 1]]
+
+
+def together(name, *parts):
+    """Writes several (points, normals, triangles) as one mesh."""
+    starts = np.cumsum([0] + [len(points) for points, _, _ in parts])
+    points, normals, triangles = zip(*parts)
+    write(name, np.concatenate(points), np.concatenate(normals), np.concatenate([t + s for t, s in zip(triangles, starts)]))
 
 
 def egg():
@@ -81,7 +115,57 @@ def water():
     write("pool/water.ply", flat(x, y, z), flat(-dx, np.ones_like(x), -dz), triangles)
 
 
+def teapot():
+    """A pot 0.19 high and 0.23 wide with a knobbed lid, its spout towards +x, its handle towards -x, standing on y = 0."""
+    t = np.linspace(0, 1, 9)
+    knob = 0.016 * np.sin(2.5 * t), 0.016 * np.cos(2.5 * t)
+    slope = np.linspace(np.arcsin(knob[0][-1] / 0.062), np.pi / 2, 9)
+    lid = 0.062 * np.sin(slope), 0.142 + 0.0215 * np.cos(slope)
+    knob = knob[0], knob[1] + (lid[1][0] - knob[1][-1])
+    y = np.linspace(0.14, 0.004, 19)
+    body = 0.115 * np.sqrt(1 - ((y - 0.068) / 0.085) ** 2), y
+    rim = line(0.062, 0.142, body[0][0], 0.14)
+    foot = line(body[0][-1], 0.004, body[0][-1], 0)
+    pot = turned(*profile(knob, lid, rim, body, foot), 40)
+    t = np.linspace(0, 1, 13)
+    spout = hose(0.095 + 0.095 * t, 0.05 + 0.09 * t ** 1.7, 0.024 - 0.013 * t ** 0.7, 20)
+    bow = np.pi * (0.08 + 0.88 * t)
+    handle = hose(-0.09 - 0.075 * np.sin(bow), 0.075 + 0.05 * np.cos(bow), np.full(13, 0.009), 14)
+    together("ajar/teapot.ply", pot, spout, handle)
+
+
+def tumbler():
+    """A drinking glass 0.13 high, wall 0.003 thick: from the axis over the inner floor, up, over the rim, down and back."""
+    inside, outside = (0.033, 0.012, 0.039, 0.13), (0.042, 0.13, 0.036, 0)
+    floor, rim, foot = line(0, 0.012, 0.033, 0.012), line(0.039, 0.13, 0.042, 0.13), line(0.036, 0, 0, 0)
+    for folder in ("ajar", "kitchen"):
+        lathe(folder + "/tumbler.ply", *profile(floor, line(*inside), rim, line(*outside), foot), 48)
+
+
+def bowl():
+    """A bowl 0.09 high and 0.28 wide, wall 0.006 thick, from the axis over the inside and down the outside."""
+    t = np.linspace(0, 1, 15)
+    curve = lambda r, low: (r * np.sin(np.pi / 2 * t), 0.09 - (0.09 - low) * np.cos(np.pi / 2 * t))
+    inside, outside = curve(0.134, 0.006), curve(0.14, 0)
+    lip = line(inside[0][-1], 0.09, 0.14, 0.09)
+    lathe("kitchen/bowl.ply", *profile(inside, lip, (outside[0][::-1], outside[1][::-1])), 48)
+
+
+def pan():
+    """A cooking pot without lid, 0.13 high and 0.22 wide, wall 0.004 thick with rounded lower edges."""
+    t = np.pi / 2 * np.linspace(0, 1, 7)
+    bend = lambda r, low, round: (r - round + round * np.sin(t), low + round - round * np.cos(t))
+    inner, outer = bend(0.106, 0.006, 0.02), bend(0.11, 0, 0.024)
+    inside = np.concatenate([[0], inner[0], [0.106]]), np.concatenate([[0.006], inner[1], [0.13]])
+    outside = np.concatenate([[0.11], outer[0][::-1], [0]]), np.concatenate([[0.13], outer[1][::-1], [0]])
+    lathe("kitchen/pan.ply", *profile(inside, line(0.106, 0.13, 0.11, 0.13), outside), 56)
+
+
 egg()
 shade()
 ring()
 water()
+teapot()
+tumbler()
+bowl()
+pan()

@@ -1,6 +1,7 @@
 //! What learning methods write into checkpoints: numbers, lists and structures of them, little
 //! endian, without names. The checkpoint around them says which program and method wrote it.
 
+use kaustika_math::Vec3;
 use std::io::{self, Read, Write};
 
 /// Can be written and read back, bit for bit.
@@ -43,6 +44,26 @@ impl Saved for bool {
 
     fn load(from: &mut dyn Read) -> io::Result<Self> {
         Ok(u8::load(from)? != 0)
+    }
+}
+
+impl Saved for Vec3 {
+    fn save(&self, out: &mut dyn Write) -> io::Result<()> {
+        <[f32; 3]>::from(*self).save(out)
+    }
+
+    fn load(from: &mut dyn Read) -> io::Result<Self> {
+        Ok(<[f32; 3]>::load(from)?.into())
+    }
+}
+
+impl<T: Saved> Saved for Box<T> {
+    fn save(&self, out: &mut dyn Write) -> io::Result<()> {
+        T::save(self, out)
+    }
+
+    fn load(from: &mut dyn Read) -> io::Result<Self> {
+        Ok(Box::new(T::load(from)?))
     }
 }
 

@@ -1,7 +1,8 @@
 //! The fields that can be asked for.
 
 use super::{
-    Expected, Field, Guide, LightRecord, LocalDirections, Nothing, Quadtree, ReflectedRecord, Tree,
+    Expected, Field, Guide, LightRecord, LocalDirections, LocalMixture, Mixture, Nothing, Quadtree,
+    ReflectedRecord, Tree,
 };
 use crate::saved::Saved;
 use kaustika_math::{Vec2, Vec3};
@@ -15,8 +16,10 @@ pub enum FieldKind {
     /// Not at all: directions are drawn by the BSDF.
     None,
     /// Quadtrees over the sphere in a tree over space (Müller et al. 2017).
-    #[default]
     Quadtree,
+    /// Mixtures of von Mises-Fisher lobes in a tree over space (Ruppert et al. 2020).
+    #[default]
+    Mixture,
 }
 
 /// A field of one kind.
@@ -26,13 +29,21 @@ pub enum AnyField {
     None(Field<Nothing>),
     /// [`FieldKind::Quadtree`].
     Quadtree(Field<Quadtree>),
+    /// [`FieldKind::Mixture`].
+    Mixture(Field<Mixture>),
 }
 
 /// What it says of directions at a point.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "made at each vertex: a box would be memory each time"
+)]
 #[derive(Clone, Copy, Debug)]
 pub enum AnyLocal<'a> {
     /// Of [`AnyField::Quadtree`].
     Quadtree(&'a Tree),
+    /// Of [`AnyField::Mixture`].
+    Mixture(LocalMixture<'a>),
 }
 
 /// What it says of a point: where light comes from, and what is reflected.
@@ -44,6 +55,7 @@ impl AnyField {
         match kind {
             FieldKind::None => AnyField::None(Field::default()),
             FieldKind::Quadtree => AnyField::Quadtree(Field::default()),
+            FieldKind::Mixture => AnyField::Mixture(Field::default()),
         }
     }
 
@@ -56,6 +68,14 @@ impl AnyField {
                 let cell = f.at(p);
                 let local = |g: Guide<_>| Guide {
                     directions: AnyLocal::Quadtree(g.directions),
+                    alpha: g.alpha,
+                };
+                (cell.guide(p).map(local), cell.expected(wo, albedo))
+            }
+            AnyField::Mixture(f) => {
+                let cell = f.at(p);
+                let local = |g: Guide<_>| Guide {
+                    directions: AnyLocal::Mixture(g.directions),
                     alpha: g.alpha,
                 };
                 (cell.guide(p).map(local), cell.expected(wo, albedo))
@@ -73,6 +93,7 @@ impl AnyField {
         match self {
             AnyField::None(f) => f.learn(light, reflected, end),
             AnyField::Quadtree(f) => f.learn(light, reflected, end),
+            AnyField::Mixture(f) => f.learn(light, reflected, end),
         }
     }
 }
@@ -82,6 +103,7 @@ impl Saved for AnyField {
         match self {
             AnyField::None(f) => 0u8.save(out).and_then(|()| f.save(out)),
             AnyField::Quadtree(f) => 1u8.save(out).and_then(|()| f.save(out)),
+            AnyField::Mixture(f) => 2u8.save(out).and_then(|()| f.save(out)),
         }
     }
 
@@ -89,6 +111,7 @@ impl Saved for AnyField {
         match u8::load(from)? {
             0 => Ok(AnyField::None(Field::load(from)?)),
             1 => Ok(AnyField::Quadtree(Field::load(from)?)),
+            2 => Ok(AnyField::Mixture(Field::load(from)?)),
             _ => Err(io::ErrorKind::InvalidData.into()),
         }
     }
@@ -99,6 +122,7 @@ impl LocalDirections for AnyLocal<'_> {
     fn sample(&self, u: Vec2) -> (Vec3, f32) {
         match self {
             AnyLocal::Quadtree(q) => q.sample(u),
+            AnyLocal::Mixture(m) => m.sample(u),
         }
     }
 
@@ -106,18 +130,29 @@ impl LocalDirections for AnyLocal<'_> {
     fn pdf(&self, w: Vec3) -> f32 {
         match self {
             AnyLocal::Quadtree(q) => q.pdf(w),
+            AnyLocal::Mixture(m) => m.pdf(w),
         }
     }
 
     fn radiance(&self, w: Vec3) -> f32 {
         match self {
             AnyLocal::Quadtree(q) => q.radiance(w),
+            AnyLocal::Mixture(m) => m.radiance(w),
         }
     }
 
     fn irradiance(&self, n: Vec3) -> f32 {
         match self {
             AnyLocal::Quadtree(q) => q.irradiance(n),
+            AnyLocal::Mixture(m) => m.irradiance(n),
+        }
+    }
+
+    #[inline]
+    fn towards(self, n: Vec3) -> Self {
+        match self {
+            AnyLocal::Quadtree(q) => AnyLocal::Quadtree(q),
+            AnyLocal::Mixture(m) => AnyLocal::Mixture(m.towards(n)),
         }
     }
 }

@@ -18,6 +18,7 @@
 mod choice;
 mod field;
 mod kinds;
+mod mixture;
 pub mod octahedron;
 mod pixels;
 mod quadtree;
@@ -30,6 +31,7 @@ mod tests;
 pub use choice::{Choice, DirectionSample, Guide, MixedBsdf};
 pub use field::{Cell, Field, Nothing};
 pub use kinds::{AnyField, AnyLocal, FieldKind, Known};
+pub use mixture::{LocalMixture, Mixture};
 pub use pixels::Pixels;
 pub use quadtree::Quadtree;
 pub use reflected::{Expected, Reflected, ReflectedRecord};
@@ -97,4 +99,15 @@ pub trait LocalDirections {
 
     /// ∫ L̄ᵢ max(0, cos θ) dω over the hemisphere about the unit normal `n`.
     fn irradiance(&self, n: Vec3) -> f32;
+
+    /// The same, but that directions are drawn for a diffuse surface with the unit normal `n`:
+    /// by radiance times cosine, if the distribution knows how to; a rough product will do. Mean
+    /// radiance and irradiance stay as they are.
+    fn towards(self, n: Vec3) -> Self
+    where
+        Self: Sized,
+    {
+        let _ = n;
+        self
+    }
 }

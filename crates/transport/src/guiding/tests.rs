@@ -1,10 +1,10 @@
 //! What every distribution of directions must hold.
 
-use super::{Directions, LightRecord, LocalDirections, Quadtree};
+use super::{Directions, LightRecord, LocalDirections, Mixture, Quadtree};
 use kaustika_math::{Vec2, Vec3, mix_bits, warp};
 use std::f32::consts::PI;
 
-fn number(i: u64, k: u64) -> f32 {
+pub fn number(i: u64, k: u64) -> f32 {
     (mix_bits(i.wrapping_mul(8) + k) >> 40) as f32 / (1u32 << 24) as f32
 }
 
@@ -14,62 +14,55 @@ fn sky(w: Vec3) -> f32 {
     0.2 + if w.z > 0.0 { w.z } else { 0.0 } + if w.dot(spot) > 0.98 { 30.0 } else { 0.0 }
 }
 
+/// Record number `i` of directions that are evenly spread over the sphere: the R₂ sequence of
+/// Roberts.
+pub fn uniform_record(i: u32, radiance: impl Fn(Vec3) -> f32) -> LightRecord {
+    let i = f64::from(i);
+    let u = Vec2::new((i * 0.754_877_666).fract() as f32, (i * 0.569_840_296).fract() as f32);
+    let w = warp::uniform_sphere(u);
+    let pdf = 1.0 / (4.0 * PI);
+    let (radiance, distance) = (radiance(w), 5.0);
+    LightRecord { p: Vec3::ZERO, w, pdf, radiance, distance, pdf_bsdf: pdf, product: radiance }
+}
+
 /// Learned from uniform directions, over a few iterations.
 fn learned<D: Directions>() -> D {
     let mut directions = D::default();
     for iteration in 0..5 {
-        let records: Vec<LightRecord> = (0..20_000u32)
-            .map(|i| {
-                // Evenly spread: the R₂ sequence of Roberts.
-                let i = f64::from(iteration * 20_000 + i);
-                let u = Vec2::new(
-                    (i * 0.754_877_666).fract() as f32,
-                    (i * 0.569_840_296).fract() as f32,
-                );
-                let w = warp::uniform_sphere(u);
-                let pdf = 1.0 / (4.0 * PI);
-                let (radiance, distance) = (sky(w), 5.0);
-                LightRecord {
-                    p: Vec3::ZERO,
-                    w,
-                    pdf,
-                    radiance,
-                    distance,
-                    pdf_bsdf: pdf,
-                    product: radiance,
-                }
-            })
-            .collect();
+        let numbers = iteration * 20_000..(iteration + 1) * 20_000;
+        let records: Vec<LightRecord> = numbers.map(|i| uniform_record(i, sky)).collect();
         directions.learn(&records);
         directions.refine();
     }
     directions
 }
 
+/// ∫ f(ω) dω by the midpoint rule on an even grid.
+pub fn over_the_sphere(f: impl Fn(Vec3) -> f32) -> f64 {
+    let n = 1000;
+    let mut sum = 0.0f64;
+    for i in 0..n * n {
+        let u = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
+        sum += f64::from(f(warp::uniform_sphere(u)));
+    }
+    sum * 4.0 * std::f64::consts::PI / f64::from(n * n)
+}
+
 fn holds<D: Directions>(fluence: f32, irradiance: f32, tolerance: f32) {
     assert!(D::default().at(Vec3::ZERO).is_none());
     let learned = learned::<D>();
     let local = learned.at(Vec3::ZERO).expect("learned");
-    // The density integrates to 1, radiance to the fluence: midpoint rule on an even grid.
-    let n = 1000;
-    let (mut whole, mut energy) = (0.0f64, 0.0f64);
-    for i in 0..n * n {
-        let u = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
-        let w = warp::uniform_sphere(u);
-        whole += f64::from(local.pdf(w));
-        energy += f64::from(local.radiance(w));
-    }
-    let cell = 4.0 * std::f64::consts::PI / (n * n) as f64;
-    assert!((whole * cell - 1.0).abs() < 2e-3, "{}", whole * cell);
-    assert!((energy * cell / f64::from(fluence) - 1.0).abs() < 0.03, "{}", energy * cell);
+    // The density integrates to 1, radiance to the fluence.
+    let whole = over_the_sphere(|w| local.pdf(w));
+    assert!((whole - 1.0).abs() < 2e-3, "{whole}");
+    let energy = over_the_sphere(|w| local.radiance(w));
+    assert!((energy / f64::from(fluence) - 1.0).abs() < 0.03, "{energy}");
     let up = local.irradiance(Vec3::Z);
     assert!((up / irradiance - 1.0).abs() < tolerance, "{up} {irradiance}");
 }
 
 /// χ² of directions drawn against the density, over a grid of equal areas.
-fn draws_its_density<D: Directions>() {
-    let learned = learned::<D>();
-    let local = learned.at(Vec3::ZERO).expect("learned");
+pub fn draws_its_density(local: &impl LocalDirections) {
     let (rows, draws, fine) = (12usize, 200_000u64, 40);
     let mut differ = 0;
     let mut seen = vec![0.0f64; rows * rows];
@@ -103,14 +96,32 @@ fn draws_its_density<D: Directions>() {
     assert!(chi2 < bound, "{chi2} {bound}");
 }
 
+/// The integrals of the sky: ∫ sky dω = 0.2·4π + π + 30·2π·0.02, ∫ sky cos dω = 0.2π + 2π/3 + ∫ spot cos.
+fn sky_fluence_and_irradiance() -> (f32, f32) {
+    let spot = 30.0 * 2.0 * PI * 0.02;
+    (0.8 * PI + PI + spot, 0.2 * PI + 2.0 * PI / 3.0 + spot * 0.8 * 0.99)
+}
+
 #[test]
 fn quadtrees_hold_radiance_and_irradiance() {
-    // ∫ sky dω = 0.2·4π + π + 30·2π·0.02, ∫ sky cos dω = 0.2π + 2π/3 + ∫ spot cos.
-    let spot = 30.0 * 2.0 * PI * 0.02;
-    holds::<Quadtree>(0.8 * PI + PI + spot, 0.2 * PI + 2.0 * PI / 3.0 + spot * 0.8 * 0.99, 0.02);
+    let (fluence, irradiance) = sky_fluence_and_irradiance();
+    holds::<Quadtree>(fluence, irradiance, 0.02);
 }
 
 #[test]
 fn quadtrees_draw_their_density() {
-    draws_its_density::<Quadtree>();
+    let learned = learned::<Quadtree>();
+    draws_its_density(&learned.at(Vec3::ZERO).expect("learned"));
+}
+
+#[test]
+fn mixtures_hold_radiance_and_irradiance() {
+    let (fluence, irradiance) = sky_fluence_and_irradiance();
+    holds::<Mixture>(fluence, irradiance, 0.02);
+}
+
+#[test]
+fn mixtures_draw_their_density() {
+    let learned = learned::<Mixture>();
+    draws_its_density(&learned.at(Vec3::ZERO).expect("learned"));
 }

@@ -44,9 +44,9 @@ fn every_rule_with_every_field_gives_the_plain_picture() {
     let scene = furnished().build();
     let path = means(&scene, "path", json!({"max_depth": 6}), 3000, 2000);
     for (i, rule) in RULES.into_iter().enumerate() {
-        for (k, field) in ["none", "quadtree"].into_iter().enumerate() {
+        for (k, field) in ["none", "quadtree", "mixture"].into_iter().enumerate() {
             let method = guided(json!({"max_depth": 6, "roulette": rule, "field": field}));
-            let found = means_of(&scene, Box::new(method), 700, 2010 + 2 * i as u64 + k as u64);
+            let found = means_of(&scene, Box::new(method), 700, 2010 + 3 * i as u64 + k as u64);
             agree(&format!("{rule}, {field}"), &found, &path);
         }
     }
@@ -55,10 +55,10 @@ fn every_rule_with_every_field_gives_the_plain_picture() {
 #[test]
 fn nonsense_that_is_learned_costs_time_and_no_bias() {
     let scene = furnished().build();
-    let path = means(&scene, "path", json!({"max_depth": 4}), 3000, 2030);
+    let path = means(&scene, "path", json!({"max_depth": 4}), 3000, 2070);
     for (i, rule) in ["throughput", "adjoint", "efficiency"].into_iter().enumerate() {
         let p = json!({"max_depth": 4, "roulette": rule});
-        let found = means_of(&scene, Box::new(guided(p).misled()), 1000, 2031 + i as u64);
+        let found = means_of(&scene, Box::new(guided(p).misled()), 1000, 2071 + i as u64);
         agree(&format!("{rule}, misled"), &found, &path);
     }
 }

@@ -149,7 +149,7 @@ impl Method for Guided {
     fn info(&self) -> &'static MethodInfo {
         match self.field {
             AnyField::None(_) => &SPLITTING_INFO,
-            AnyField::Quadtree(_) => &INFO,
+            AnyField::Quadtree(_) | AnyField::Mixture(_) => &INFO,
         }
     }
 

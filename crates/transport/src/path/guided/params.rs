@@ -54,7 +54,7 @@ impl Default for GuidedParams {
             hide_emitters: path.hide_emitters,
             only_depth: path.only_depth,
             field: FieldKind::default(),
-            training: 127,
+            training: 31,
             fallback: true,
             splitting: true,
             window: window::SIZE,
@@ -116,8 +116,8 @@ pub fn parameters() -> Vec<Parameter> {
     all.extend([
         p(
             "field",
-            "quadtree".into(),
-            "how incident light is learned: none (directions by the BSDF alone), quadtree",
+            "mixture".into(),
+            "how incident light is learned: none (directions by the BSDF alone), quadtree, mixture",
         ),
         p(
             "training",

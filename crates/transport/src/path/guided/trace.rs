@@ -12,7 +12,7 @@
 use super::super::integrate::{Integrator, MAX_PASSAGES};
 use super::super::walk::{Previous, Walk};
 use crate::features::describe;
-use crate::guiding::{AnyField, AnyLocal, MixedBsdf};
+use crate::guiding::{AnyField, AnyLocal, LocalDirections, MixedBsdf};
 use crate::method::PassStats;
 use crate::roulette::{Collision, Decision, Roulette, Rule, Splitting, Survival, WalkState};
 use crate::trees::{Met, Node, Records, mean, sweep};
@@ -83,6 +83,12 @@ pub(super) struct Harvest {
     pub records: Records,
     /// Grey values of the pixels.
     pub values: Vec<f32>,
+}
+
+/// True where the cosine decides more than the BSDF: guides then draw by their product with it.
+fn is_matte(bsdf: &Bsdf) -> bool {
+    let lobes = bsdf.lobes();
+    lobes.has(Lobes::DIFFUSE_REFLECTION) && !lobes.has(Lobes::TRANSMISSION)
 }
 
 impl<'a> Forest<'a> {
@@ -229,6 +235,9 @@ impl<'a> Forest<'a> {
             self.nodes[node].met = Some(Met { p: surface.p, albedo });
             let expected;
             (guide, expected) = guides.field.at(surface.p, wo, albedo);
+            if let (Some(g), true) = (&mut guide, is_matte(bsdf)) {
+                g.directions = g.directions.towards(surface.facing(wo));
+            }
             if guides.rule.survival().is_none() {
                 let collision = Collision {
                     weight: mean(walk.beta, &walk.lambda),
