@@ -102,6 +102,12 @@ impl Bin {
         }
     }
 
+    /// Makes room for records of other factors; as long as those do not come, what there is stays:
+    /// where a rule ends all paths nobody would know any more that it should.
+    fn fade(&mut self) {
+        self.scale(KEPT.max(4.0 * ENOUGH / self.count.max(4.0 * ENOUGH)));
+    }
+
     fn expected(&self) -> Option<Expected> {
         if self.count < ENOUGH {
             return None;
@@ -140,7 +146,7 @@ impl Reflected {
     pub fn refine(&mut self) {
         let all = self.all.expected();
         self.known = self.bins.map(|bin| bin.expected().or(all));
-        self.scale(KEPT);
+        self.bins.iter_mut().chain([&mut self.all]).for_each(Bin::fade);
     }
 
     /// Its cell is divided in two, and this is to be either's.

@@ -55,7 +55,7 @@ static INFO: MethodInfo = MethodInfo {
 /// Samples of a chunk.
 const CHUNK: u32 = 4096;
 /// Records after which a cell divides, times √ of the passes of the iteration.
-const MOST_RECORDS: f64 = 1000.0;
+const MOST_RECORDS: f64 = 250.0;
 /// Weight of a pass at most, over the first's.
 const MOST_WEIGHT: f32 = 1e3;
 
