@@ -48,11 +48,14 @@ fn nonsense_that_is_learned_costs_time_and_no_bias() {
     }
 }
 
+/// A kind of light by name, and what adds it to a stage.
+type Kind<'a> = (&'a str, &'a dyn Fn(&mut Stage));
+
 /// Light of every kind, many lamps and a lens with an area: emission is guided all the same.
 #[test]
 fn every_light_is_guided_without_bias() {
     let painted = |x: f32, y: f32| [0.2 + x, 0.5 + y, 0.3 + 3.0 * x * y];
-    let kinds: [(&str, &dyn Fn(&mut Stage)); 5] = [
+    let kinds: [Kind; 5] = [
         ("two-sided disk", &|s| {
             s.lamp(disk(0.25), at(0.3, 0.2, 1.2) * rotate(60.0, kaustika_math::Vec3::Y), 8.0);
             let l = s.d.shapes.last_mut().expect("a lamp");
