@@ -142,3 +142,9 @@ impl<'b, 's, L: LocalDirections> MixedBsdf<'b, 's, L> {
         Some(DirectionSample { bsdf, pdf_bsdf })
     }
 }
+
+/// True where the cosine decides more than the BSDF: guides then draw by their product with it.
+pub fn is_matte(bsdf: &Bsdf) -> bool {
+    let lobes = bsdf.lobes();
+    lobes.has(Lobes::DIFFUSE_REFLECTION) && !lobes.has(Lobes::TRANSMISSION)
+}

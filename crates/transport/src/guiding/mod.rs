@@ -28,7 +28,7 @@ mod square;
 #[cfg(test)]
 mod tests;
 
-pub use choice::{Choice, DirectionSample, Guide, MixedBsdf};
+pub use choice::{Choice, DirectionSample, Guide, MixedBsdf, is_matte};
 pub use field::{Cell, Field, Nothing};
 pub use kinds::{AnyField, AnyLocal, FieldKind, Known};
 pub use mixture::{LocalMixture, Mixture};

@@ -191,15 +191,16 @@ pub fn sweep(nodes: &mut [Node], mode: ColorMode, mut records: Option<&mut Recor
         parent.sum += x;
         parent.squares += grey(x, node.hero).powi(2);
         parent.costs += of_rays + node.costs * node.inv_q;
-        if let Some(records) = records.as_mut().filter(|_| node.pdf > 0.0 && node.traced) {
+        if let Some(records) = records.as_mut().filter(|_| node.pdf > 0.0) {
             records.light.push(LightRecord {
                 p: node.p,
                 w: node.w,
                 pdf: node.pdf,
-                radiance: grey(value, node.hero),
+                // Those who survived stand for those who did not, which count as nothing.
+                radiance: grey(value, node.hero) / node.survival,
                 distance: node.distance,
                 pdf_bsdf: node.pdf_bsdf,
-                product: grey(carried, node.hero) * node.pdf,
+                product: grey(carried, node.hero) * node.pdf / node.survival,
             });
         }
     }

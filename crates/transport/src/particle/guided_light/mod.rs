@@ -84,7 +84,7 @@ pub struct GuidedLight {
 impl GuidedLight {
     /// With these parameters.
     pub fn new(params: LightParams) -> GuidedLight {
-        let field = if params.guiding { FieldKind::Quadtree } else { FieldKind::None };
+        let field = if params.guiding { FieldKind::default() } else { FieldKind::None };
         GuidedLight {
             params,
             table: LightSelection::default(),

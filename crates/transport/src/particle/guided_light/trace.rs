@@ -13,7 +13,7 @@
 
 use super::emission::{Emission, EmissionRecord};
 use crate::frame::Frame;
-use crate::guiding::{AnyField, AnyLocal, Expected, MixedBsdf};
+use crate::guiding::{AnyField, AnyLocal, Expected, LocalDirections, MixedBsdf, is_matte};
 use crate::method::PassStats;
 use crate::path_space::{LightEnd, MAX_PASSAGES, Splat, Vertex, leave, to_lens};
 use crate::roulette::{Collision, Decision, Roulette, Rule, Splitting, Survival, WalkState};
@@ -318,6 +318,9 @@ impl<'a> Forest<'a> {
             self.nodes[node].met = Some(Met { p: surface.p, albedo });
             let expected;
             (guide, expected) = grower.field.at(surface.p, wo, albedo);
+            if let (Some(g), true) = (&mut guide, is_matte(bsdf)) {
+                g.directions = g.directions.towards(surface.facing(wo));
+            }
             let weight = mean(branch.beta, &branch.lambda);
             let decided = match splits {
                 true => grower.copies(weight, expected, &self.vertex, albedo),

@@ -12,7 +12,7 @@
 use super::super::integrate::{Integrator, MAX_PASSAGES};
 use super::super::walk::{Previous, Walk};
 use crate::features::describe;
-use crate::guiding::{AnyField, AnyLocal, LocalDirections, MixedBsdf};
+use crate::guiding::{AnyField, AnyLocal, LocalDirections, MixedBsdf, is_matte};
 use crate::method::PassStats;
 use crate::roulette::{Collision, Decision, Roulette, Rule, Splitting, Survival, WalkState};
 use crate::trees::{Met, Node, Records, mean, sweep};
@@ -84,13 +84,6 @@ pub(super) struct Harvest {
     /// Grey values of the pixels.
     pub values: Vec<f32>,
 }
-
-/// True where the cosine decides more than the BSDF: guides then draw by their product with it.
-fn is_matte(bsdf: &Bsdf) -> bool {
-    let lobes = bsdf.lobes();
-    lobes.has(Lobes::DIFFUSE_REFLECTION) && !lobes.has(Lobes::TRANSMISSION)
-}
-
 impl<'a> Forest<'a> {
     /// One sample of every pixel of a band.
     pub(super) fn trace(
