@@ -238,7 +238,7 @@ fn nothing_breaks_a_mixture() {
             }
         }
     };
-    let faults: [(&str, &dyn Fn(u32) -> LightRecord); 12] = [
+    let faults: [(&str, &dyn Fn(u32) -> LightRecord); 13] = [
         ("black", &|i| LightRecord { radiance: 0.0, ..usual(i) }),
         ("one direction", &|i| LightRecord { w: Vec3::X, ..usual(i) }),
         ("one bright", &|i| LightRecord { radiance: if i == 7 { 1e12 } else { 1e-6 }, ..usual(i) }),
@@ -247,6 +247,7 @@ fn nothing_breaks_a_mixture() {
         ("nowhere", &|i| LightRecord { distance: f32::NAN, ..usual(i) }),
         ("far", &|i| LightRecord { distance: 1e30, ..usual(i) }),
         ("blinding", &|i| LightRecord { radiance: 1e29, pdf: 1.0, ..usual(i) }),
+        ("beyond numbers", &|i| LightRecord { radiance: 3e38, ..usual(i) }),
         ("faint", &|i| LightRecord { radiance: 1e-38, pdf: 1e6, ..usual(i) }),
         ("NaN", &|i| LightRecord { radiance: f32::NAN, ..usual(i) }),
         ("no density", &|i| LightRecord { pdf: 0.0, ..usual(i) }),
@@ -258,7 +259,7 @@ fn nothing_breaks_a_mixture() {
     for (name, fault) in faults {
         for count in [1, 3, 5000] {
             let mixture = learned(3, |i| (i * count..(i + 1) * count).map(fault).collect());
-            let known = !["black", "NaN", "no density"].contains(&name);
+            let known = !["black", "NaN", "no density", "beyond numbers"].contains(&name);
             assert_eq!(mixture.at(Vec3::ZERO).is_some(), known, "{name}");
             sound(&mixture);
             // It recovers.
@@ -332,4 +333,25 @@ fn what_is_saved_goes_on_as_if_it_never_stopped() {
     for n in (0..bytes.len()).step_by(7) {
         assert!(Mixture::load(&mut &bytes[..n]).is_err(), "{n}");
     }
+}
+
+#[test]
+fn lobes_follow_when_the_pivot_moves() {
+    let light = Vec3::new(0.3, 0.5, 1.5);
+    let mut mixture = learned(4, |i| near_a_light(i, 10_000, light));
+    let elsewhere: Vec<LightRecord> = near_a_light(4, 10_000, light)
+        .into_iter()
+        .map(|r| LightRecord { p: r.p + Vec3::new(0.6, -0.4, 0.2), ..r })
+        .collect();
+    let before = mixture.pivot;
+    mixture.follow(&elsewhere);
+    assert!((mixture.pivot - before).length() > 0.2, "{:?}", mixture.pivot);
+    let brightest =
+        mixture.components.iter().max_by(|a, b| a.lobe.weight.total_cmp(&b.lobe.weight));
+    let c = brightest.expect("lobes");
+    let to = light - mixture.pivot;
+    assert!(c.lobe.mean.dot(to.normalize()) > 0.9995, "{:?} {to:?}", c.lobe);
+    assert!((c.lobe.nearness * to.length() - 1.0).abs() < 0.05, "{:?} {to:?}", c.lobe);
+    let r = Vec3::from(c.sums.direction.map(|x| x as f32)).normalize();
+    assert!(r.dot(c.lobe.mean) > 0.9999);
 }
