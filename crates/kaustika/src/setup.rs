@@ -160,6 +160,11 @@ impl Setup {
             let message = "the layer `stokes` needs a polarized render: `-p polarized=true`";
             return Err(SetupError::Choice(message.into()));
         }
+        if features.contains(&Feature::Trees) && !method.grows_trees() {
+            let message = "the layer `trees` needs a method whose paths branch: `-m guided`, or `path` \
+                           with `-p roulette=adjoint`, `efficiency` or `szirmay-kalos`";
+            return Err(SetupError::Choice(message.into()));
+        }
         let guides = options.denoiser.map_or(&[][..], |_| &Denoiser::FEATURES);
         let unasked: Vec<Feature> =
             guides.iter().copied().filter(|g| !features.contains(g)).collect();

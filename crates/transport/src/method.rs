@@ -119,6 +119,12 @@ pub trait Method: Send {
         Vec::new()
     }
 
+    /// True if its paths branch and it says how: the layer `trees`
+    /// ([`Feature::Trees`](kaustika_film::Feature::Trees)).
+    fn grows_trees(&self) -> bool {
+        false
+    }
+
     /// Whatever must happen before the first pass.
     ///
     /// # Errors

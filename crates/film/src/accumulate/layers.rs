@@ -26,6 +26,10 @@ pub enum Feature {
     /// Stokes vector of the light that arrives, S₀ to S₃ as linear RGB each, in the frame of the
     /// picture: S₁ along its rows. Not of the first surface; only polarized rendering knows it.
     Stokes,
+    /// What roulette and splitting did to a sample's paths: the factor q at the first surface, copies
+    /// that splits added, paths that roulette ended, bounces of the longest path, rays traced. Only
+    /// methods whose paths branch know it.
+    Trees,
 }
 
 impl Feature {
@@ -43,7 +47,7 @@ impl Feature {
 
     /// All features, in the order of their channels.
     pub fn all() -> impl Iterator<Item = Feature> {
-        Feature::FIRST_SURFACE.into_iter().chain([Feature::Stokes])
+        Feature::FIRST_SURFACE.into_iter().chain([Feature::Stokes, Feature::Trees])
     }
 
     /// EXR channel names, as pbrt-v4's G-buffer has them where it has them; as Mitsuba 3's for
@@ -62,6 +66,9 @@ impl Feature {
                 "S0.R", "S0.G", "S0.B", "S1.R", "S1.G", "S1.B", "S2.R", "S2.G", "S2.B", "S3.R",
                 "S3.G", "S3.B",
             ],
+            Feature::Trees => {
+                &["Trees.Factor", "Trees.Added", "Trees.Ended", "Trees.Length", "Trees.Rays"]
+            }
         }
     }
 
@@ -81,6 +88,7 @@ impl Feature {
             Feature::ShapeId => "shape_id",
             Feature::MaterialId => "material_id",
             Feature::Stokes => "stokes",
+            Feature::Trees => "trees",
         }
     }
 }

@@ -160,6 +160,16 @@ impl PixelBand<'_> {
         }
     }
 
+    /// Adds what became of a sample's paths, in the order of [`Feature::Trees`]; nothing if that is
+    /// not kept.
+    pub fn add_trees(&mut self, x: u32, y: u32, weight: f32, trees: [f32; 5]) {
+        let Some(offset) = self.layers.offset(Feature::Trees) else { return };
+        let at = (y as usize * self.width as usize + x as usize) * self.stride + offset;
+        for (p, v) in self.data[at..at + 5].iter_mut().zip(trees) {
+            *p += weight * v;
+        }
+    }
+
     /// The two sums of each of the bands of the pixel at column `x` and row `y`; see
     /// [`Bands::add`](super::Bands::add).
     pub fn bands(&mut self, x: u32, y: u32) -> &mut [f32] {
@@ -191,8 +201,8 @@ impl PixelBand<'_> {
                 Feature::Uv => ([r.uv[0], r.uv[1], 0.0], 2),
                 Feature::ShapeId => ([r.shape as f32, 0.0, 0.0], 1),
                 Feature::MaterialId => ([r.material as f32, 0.0, 0.0], 1),
-                // The last one; see [`PixelBand::add_stokes`].
-                Feature::Stokes => break,
+                // The last ones; see [`PixelBand::add_stokes`] and [`PixelBand::add_trees`].
+                Feature::Stokes | Feature::Trees => break,
             };
             for (p, v) in pixel[at..at + n].iter_mut().zip(values) {
                 if f.is_id() {

@@ -96,19 +96,19 @@ pub struct DirectionSample {
 #[derive(Debug)]
 pub struct MixedBsdf<'b, 's, L> {
     bsdf: &'b Bsdf<'s>,
-    guide: Option<Guide<L>>,
+    guide: Option<&'b Guide<L>>,
 }
 
 impl<'b, 's, L: LocalDirections> MixedBsdf<'b, 's, L> {
     /// Of these two.
-    pub fn new(bsdf: &'b Bsdf<'s>, guide: Option<Guide<L>>) -> Self {
+    pub fn new(bsdf: &'b Bsdf<'s>, guide: Option<&'b Guide<L>>) -> Self {
         MixedBsdf { bsdf, guide: guide.filter(|_| bsdf.lobes().has(Lobes::SMOOTH)) }
     }
 
     /// (1), given p_bsdf.
     #[inline]
     pub fn pdf(&self, w: Vec3, pdf_bsdf: f32) -> f32 {
-        match &self.guide {
+        match self.guide {
             None => pdf_bsdf,
             Some(g) => g.alpha * pdf_bsdf + (1.0 - g.alpha) * g.directions.pdf(w),
         }
@@ -116,7 +116,7 @@ impl<'b, 's, L: LocalDirections> MixedBsdf<'b, 's, L> {
 
     /// Draws a direction with `uc` (choices) and `u2`, uniform in [0,1).
     pub fn sample(&self, wo: Vec3, uc: f32, u2: Vec2, mode: Mode) -> Option<DirectionSample> {
-        let Some(g) = &self.guide else {
+        let Some(g) = self.guide else {
             let bsdf = self.bsdf.sample(wo, uc, u2, mode, Lobes::ALL)?;
             return Some(DirectionSample { bsdf, pdf_bsdf: bsdf.pdf });
         };

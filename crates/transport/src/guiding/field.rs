@@ -30,11 +30,15 @@ saved!(Field<D> { tree, records });
 saved!(Cell<D> { directions, choice, reflected });
 
 impl<D: Directions> Cell<D> {
-    /// Where light comes from at `p`, if anything is known.
+    /// Where light comes from at `p`, if anything is known; for a matte surface there, times the
+    /// cosine about its normal ([`LocalDirections::towards`]).
     #[inline]
-    pub fn guide(&self, p: Vec3) -> Option<Guide<D::Local<'_>>> {
-        let directions = self.directions.at(p)?;
-        Some(Guide { directions, alpha: self.choice.alpha() })
+    pub fn guide(&self, p: Vec3, matte: Option<Vec3>) -> Option<Guide<D::Local<'_>>> {
+        let directions = match matte {
+            Some(n) => self.directions.towards(p, n),
+            None => self.directions.at(p),
+        };
+        Some(Guide { directions: directions?, alpha: self.choice.alpha() })
     }
 
     /// See [`Reflected::expected`].

@@ -70,7 +70,7 @@ impl AnyField {
                     directions: AnyLocal::Quadtree(g.directions),
                     alpha: g.alpha,
                 };
-                (cell.guide(p).map(local), cell.expected(wo, albedo))
+                (cell.guide(p, None).map(local), cell.expected(wo, albedo))
             }
             AnyField::Mixture(f) => {
                 let cell = f.at(p);
@@ -78,7 +78,7 @@ impl AnyField {
                     directions: AnyLocal::Mixture(g.directions),
                     alpha: g.alpha,
                 };
-                (cell.guide(p).map(local), cell.expected(wo, albedo))
+                (cell.guide(p, None).map(local), cell.expected(wo, albedo))
             }
         }
     }

@@ -75,6 +75,12 @@ pub trait Directions: Clone + Default + Send + Sync {
     /// As seen from `p`; `None` as long as nothing is known.
     fn at(&self, p: Vec3) -> Option<Self::Local<'_>>;
 
+    /// As seen from `p`, for a matte surface with the unit normal `n`.
+    #[inline]
+    fn towards(&self, p: Vec3, n: Vec3) -> Option<Self::Local<'_>> {
+        self.at(p).map(|local| local.towards(n))
+    }
+
     /// Takes in records of its cell, in order. What [`Directions::at`] says stays as it is.
     fn learn(&mut self, records: &[LightRecord]);
 

@@ -4,7 +4,7 @@
 use crate::bidirectional::{SIZE, agree, means, means_of, room};
 use crate::scenes::*;
 use kaustika_film::FilterDesc;
-use kaustika_film::accumulate::PassImage;
+use kaustika_film::accumulate::{Feature, Layers, PassImage};
 use kaustika_sampling::{SamplerConfig, SamplerKind};
 use kaustika_scene::Scene;
 use kaustika_scene::description::*;
@@ -104,7 +104,7 @@ fn passes(scene: &Scene, count: u64, threads: usize, broken: Option<u64>) -> Vec
     let frame = Frame::new(SIZE, FilterDesc::BOX, config);
     let workers = Workers::new(threads, Arc::new(AtomicBool::new(false))).expect("threads");
     let make = || {
-        let mut method = guided(json!({"max_depth": 5, "roulette": "efficiency"}));
+        let mut method = guided(json!({"max_depth": 5, "roulette": "efficiency", "warmup": 3}));
         method.prepare(scene, &frame, &workers).expect("prepared");
         method
     };
@@ -133,4 +133,35 @@ fn threads_and_breaks_change_no_bit() {
     for broken in [9, 15] {
         assert!(alone == passes(&scene, 20, 2, Some(broken)), "{broken}");
     }
+}
+
+#[test]
+fn the_layer_of_trees_counts_every_ray() {
+    let scene = furnished().build();
+    let config = SamplerConfig { kind: SamplerKind::Sobol, seed: 4, spp: 16, resolution: SIZE };
+    let mut frame = Frame::new(SIZE, FilterDesc::BOX, config);
+    frame.layers = Layers::new(&[Feature::Depth, Feature::Trees]);
+    let workers = Workers::new(2, Arc::new(AtomicBool::new(false))).expect("threads");
+    let mut method = guided(json!({"max_depth": 5, "roulette": "adjoint", "warmup": 3}));
+    assert!(method.grows_trees());
+    method.prepare(&scene, &frame, &workers).expect("prepared");
+    let at = frame.layers.offset(Feature::Trees).expect("kept");
+    let mut all_added = 0.0;
+    for index in 0..15 {
+        let mut image = PassImage::new(SIZE[0], SIZE[1], frame.layers.clone());
+        let commit = method.pass(index, &scene, &frame, &mut image, &workers).expect("a pass");
+        let sum = |k: usize| -> f64 {
+            image.data().chunks(frame.layers.stride()).map(|pixel| f64::from(pixel[at + k])).sum()
+        };
+        let [factor, added, ended, longest, rays] = [0, 1, 2, 3, 4].map(sum);
+        let pixels = f64::from(SIZE[0] * SIZE[1]);
+        assert_eq!(rays, (commit.stats.closest_rays + commit.stats.shadow_rays) as f64);
+        assert!(longest <= 5.0 * pixels && longest > pixels, "{longest}");
+        assert!(factor > 0.0);
+        // While the rule waits no path is split, and none is ended.
+        let waits = (1..3).contains(&index);
+        assert!(!waits || (added, ended, factor) == (0.0, 0.0, pixels), "{index}");
+        all_added += added;
+    }
+    assert!(all_added > 0.0);
 }

@@ -251,6 +251,12 @@ impl Directions for Mixture {
         Some(LocalMixture { known, p, lobes: known.at(p), towards: false })
     }
 
+    #[inline]
+    fn towards(&self, p: Vec3, n: Vec3) -> Option<LocalMixture<'_>> {
+        let known = self.known.as_deref()?;
+        Some(LocalMixture { known, p, lobes: known.at(p).with_cosine(n), towards: true })
+    }
+
     fn learn(&mut self, records: &[LightRecord]) {
         if records.is_empty() {
             return;

@@ -336,7 +336,7 @@ impl<'a> Forest<'a> {
         self.nodes[node].inv_q = 1.0 / q;
         tree.splits += copies.saturating_sub(1);
 
-        let mixed: MixedBsdf<AnyLocal> = MixedBsdf::new(bsdf, guide);
+        let mixed: MixedBsdf<AnyLocal> = MixedBsdf::new(bsdf, guide.as_ref());
         let Branch { lambda, depth, .. } = branch;
         let mut sampler = Some(branch.sampler);
         for copy in 1..=copies {

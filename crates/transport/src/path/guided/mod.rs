@@ -22,19 +22,19 @@ mod trace;
 
 pub use params::{GuidedParams, parameters};
 
-use self::trace::{Forest, Guides};
+use self::trace::{Forest, Guides, Harvest};
 use super::integrate::Integrator;
 use super::rows;
 use super::wave::Wave;
 use crate::frame::Frame;
-use crate::guiding::{AnyField, Pixels};
+use crate::guiding::{AnyField, Directions, Field, Pixels};
 use crate::lights;
 use crate::method::{
     Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule,
 };
 use crate::path::PathParams;
-use crate::roulette::Splitting;
 use crate::roulette::efficiency::Totals;
+use crate::roulette::{Rule, Splitting};
 use crate::saved::Saved;
 use crate::trees::Records;
 use crate::workers::Workers;
@@ -70,7 +70,7 @@ const MOST_WEIGHT: f32 = 1e3;
 /// Time for a ray of a tree over that of a plain path's: measured, see docs/guided.md.
 const DEARER: f32 = 2.5;
 /// The pass before which plain and guided paths are compared.
-const TRIAL: u64 = 15;
+const TRIAL: u64 = 63;
 
 /// The method.
 #[derive(Debug)]
@@ -116,6 +116,44 @@ impl Guided {
         Guided { misled: true, ..self }
     }
 
+    /// True if this pass is learned from.
+    fn learns(&self, index: u64) -> bool {
+        index < self.params.training
+    }
+
+    /// A pass of trees, guided by what is known so far.
+    fn forests<D: Directions>(
+        &self,
+        field: &Field<D>,
+        index: u64,
+        integrator: &Integrator,
+        out: &mut PassImage,
+        workers: &Workers,
+    ) -> Result<Vec<Harvest>, RenderError> {
+        // A rule that asks what is still to come waits until directions are known: before, it would
+        // end paths where light is yet to be found. The first pass is of plain paths.
+        let rule = self.params.roulette;
+        let waits = rule.learns() && !matches!(self.field, AnyField::None(_));
+        let waits = waits && (1..self.params.warmup).contains(&index);
+        let rule = if waits { Rule::None } else { rule };
+        let guides = Guides {
+            field,
+            keeps_albedo: self.params.roulette.survival().is_none(),
+            splitting: Splitting {
+                rule,
+                splits: self.params.splitting,
+                window: self.params.window,
+                totals: self.totals,
+            },
+            roulette: PathParams { roulette: rule, ..self.of_path.clone() }.roulette(),
+            measurements: self.pixels.measurements(),
+        };
+        let rows = rows(integrator.frame().size());
+        workers.bands(out, rows, Forest::default, |forest, band| {
+            forest.trace(integrator, &guides, index, self.learns(index), band)
+        })
+    }
+
     /// Learns from a pass; at the end of an iteration takes over what it learned.
     fn learn(&mut self, index: u64, records: &Records, values: &[f32], stats: &PassStats) {
         let passes = 1u64 << (index + 1).ilog2();
@@ -153,6 +191,10 @@ impl Method for Guided {
         }
     }
 
+    fn grows_trees(&self) -> bool {
+        true
+    }
+
     fn prepare(
         &mut self,
         scene: &Scene,
@@ -186,31 +228,20 @@ impl Method for Guided {
             bands.into_iter().for_each(|s| stats += s);
             return Ok(Commit { kind, stats });
         }
-        let learns = index < self.params.training;
-        let guides = Guides {
-            field: &self.field,
-            rule: self.params.roulette,
-            splitting: Splitting {
-                rule: self.params.roulette,
-                splits: self.params.splitting,
-                window: self.params.window,
-                totals: self.totals,
-            },
-            roulette: self.params.roulette(),
-            measurements: self.pixels.measurements(),
+        let harvests = match &self.field {
+            AnyField::None(field) => self.forests(field, index, &integrator, out, workers)?,
+            AnyField::Quadtree(field) => self.forests(field, index, &integrator, out, workers)?,
+            AnyField::Mixture(field) => self.forests(field, index, &integrator, out, workers)?,
         };
-        let bands = workers.bands(out, rows(frame.size()), Forest::default, |forest, band| {
-            forest.trace(&integrator, &guides, index, learns, band)
-        })?;
         let mut stats = PassStats::default();
         let (mut records, mut values) = (Records::default(), Vec::new());
-        for band in bands {
-            stats += band.stats;
-            records.light.extend(band.records.light);
-            records.reflected.extend(band.records.reflected);
-            values.extend(band.values);
+        for of_band in harvests {
+            stats += of_band.stats;
+            records.light.extend(of_band.records.light);
+            records.reflected.extend(of_band.records.reflected);
+            values.extend(of_band.values);
         }
-        if learns {
+        if self.learns(index) {
             if self.misled {
                 records.mislead(&mut values, index);
             }

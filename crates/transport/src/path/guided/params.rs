@@ -3,7 +3,7 @@
 use crate::guiding::FieldKind;
 use crate::path::PathParams;
 use crate::registry::Parameter;
-use crate::roulette::{Roulette, Rule, window};
+use crate::roulette::{Rule, window};
 use kaustika_sampling::MisHeuristic;
 use serde::Deserialize;
 
@@ -33,6 +33,8 @@ pub struct GuidedParams {
     pub field: FieldKind,
     /// Passes that are learned from.
     pub training: u64,
+    /// Passes before a rule plays that learns.
+    pub warmup: u64,
     /// True: plain paths go on where learning does not pay.
     pub fallback: bool,
     /// False: paths are never split.
@@ -54,7 +56,8 @@ impl Default for GuidedParams {
             hide_emitters: path.hide_emitters,
             only_depth: path.only_depth,
             field: FieldKind::default(),
-            training: 31,
+            training: 127,
+            warmup: 31,
             fallback: true,
             splitting: true,
             window: window::SIZE,
@@ -75,11 +78,6 @@ impl GuidedParams {
             only_depth: self.only_depth,
             polarized: false,
         }
-    }
-
-    /// Roulette after the bounce: the rule if it is of that kind, else by throughput.
-    pub(super) fn roulette(&self) -> Roulette {
-        self.of_path().roulette()
     }
 }
 
@@ -125,9 +123,14 @@ pub fn parameters() -> Vec<Parameter> {
             "passes that are learned from; they count as others do",
         ),
         p(
+            "warmup",
+            d.warmup.to_string(),
+            "passes before `adjoint` or `efficiency` plays where directions are learned; there no path ends early",
+        ),
+        p(
             "fallback",
             d.fallback.to_string(),
-            "true: if the first 15 passes show that learning does not pay, plain paths go on",
+            "true: if the first 63 passes show that learning does not pay, plain paths go on",
         ),
         p("splitting", d.splitting.to_string(), "false: rules that split play roulette alone"),
         p("window", d.window.to_string(), "size of the weight window of the rule `adjoint`"),

@@ -12,9 +12,9 @@
 use super::super::integrate::{Integrator, MAX_PASSAGES};
 use super::super::walk::{Previous, Walk};
 use crate::features::describe;
-use crate::guiding::{AnyField, AnyLocal, LocalDirections, MixedBsdf, is_matte};
+use crate::guiding::{Directions, Field, MixedBsdf, is_matte};
 use crate::method::PassStats;
-use crate::roulette::{Collision, Decision, Roulette, Rule, Splitting, Survival, WalkState};
+use crate::roulette::{Collision, Decision, Roulette, Splitting, Survival, WalkState};
 use crate::trees::{Met, Node, Records, mean, sweep};
 use kaustika_film::accumulate::{PixelBand, PixelRecord};
 use kaustika_math::Vec2;
@@ -29,13 +29,13 @@ const PIXELS: u32 = 1024;
 const MOST_SPLITS: u32 = 1000;
 
 /// How trees grow.
-pub(super) struct Guides<'f> {
+pub(super) struct Guides<'f, D> {
     /// What is known of light.
-    pub field: &'f AnyField,
-    /// The rule.
-    pub rule: Rule,
-    /// Its decisions, if it splits.
+    pub field: &'f Field<D>,
+    /// How paths end and split.
     pub splitting: Splitting,
+    /// True if reflected light is kept over the albedo there.
+    pub keeps_albedo: bool,
     /// Roulette after the bounce, where the rule is of that kind or knows nothing.
     pub roulette: Roulette,
     /// The picture's expected values, row by row.
@@ -60,6 +60,11 @@ struct Tree {
     record: PixelRecord,
     splits: u32,
     measurement: f32,
+    /// As [`Feature::Trees`](kaustika_film::Feature::Trees) has them, but for `splits`.
+    factor: f32,
+    ended: u32,
+    longest: u32,
+    rays: u32,
 }
 
 /// Room to work in.
@@ -86,10 +91,10 @@ pub(super) struct Harvest {
 }
 impl<'a> Forest<'a> {
     /// One sample of every pixel of a band.
-    pub(super) fn trace(
+    pub(super) fn trace<D: Directions>(
         &mut self,
         integrator: &Integrator<'a>,
-        guides: &Guides,
+        guides: &Guides<D>,
         index: u64,
         learns: bool,
         band: &mut PixelBand,
@@ -110,10 +115,10 @@ impl<'a> Forest<'a> {
     }
 
     /// Starts the trees of some pixels.
-    fn plant(
+    fn plant<D>(
         &mut self,
         integrator: &Integrator<'a>,
-        guides: &Guides,
+        guides: &Guides<D>,
         index: u64,
         band: &PixelBand,
         group: std::ops::Range<u32>,
@@ -130,17 +135,26 @@ impl<'a> Forest<'a> {
             let at = y as usize * band.width() as usize + x as usize;
             let measurement = guides.measurements.get(at).copied().unwrap_or(1.0);
             let record = PixelRecord::default();
-            self.trees.push(Tree { walk, record, splits: 0, measurement });
+            self.trees.push(Tree {
+                walk,
+                record,
+                splits: 0,
+                measurement,
+                factor: 1.0,
+                ended: 0,
+                longest: 0,
+                rays: 0,
+            });
             let tree = tree as u32;
             self.branches.push(Branch { walk, sampler, node: tree, tree, scattered: 0 });
         }
     }
 
     /// Traces a generation of rays.
-    fn grow(
+    fn grow<D: Directions>(
         &mut self,
         integrator: &Integrator<'a>,
-        guides: &Guides,
+        guides: &Guides<D>,
         features: bool,
         stats: &mut PassStats,
     ) {
@@ -165,10 +179,10 @@ impl<'a> Forest<'a> {
     }
 
     /// Takes a branch on from what its ray met.
-    fn vertex(
+    fn vertex<D: Directions>(
         &mut self,
         integrator: &Integrator<'a>,
-        guides: &Guides,
+        guides: &Guides<D>,
         mut branch: Branch<'a>,
         hit: Option<&Hit>,
         features: bool,
@@ -178,6 +192,7 @@ impl<'a> Forest<'a> {
         let walk = &mut branch.walk;
         let node = branch.node as usize;
         stats.closest_rays += 1;
+        self.trees[branch.tree as usize].rays += 1;
         let (ray, shown) = (walk.segment.ray, integrator.shows(walk.depth));
         let Some(hit) = hit else {
             self.nodes[node].distance = f32::INFINITY;
@@ -186,6 +201,8 @@ impl<'a> Forest<'a> {
             }
             return;
         };
+        let tree = &mut self.trees[branch.tree as usize];
+        tree.longest = tree.longest.max(walk.depth);
         let mut surface = scene.geometry.surface(hit, &ray);
         self.nodes[node].distance += surface.t;
         if let (true, Some(id)) = (shown, surface.light) {
@@ -219,19 +236,19 @@ impl<'a> Forest<'a> {
 
         // How many copies go on?
         let mut roulette = guides.roulette;
-        let (mut q, mut guide) = (1.0, None);
-        if smooth {
-            let albedo = match guides.rule.survival() {
-                Some(_) => 0.0,
-                None => mean(bsdf.albedo(wo), &walk.lambda),
+        let mut q = 1.0;
+        let cell = smooth.then(|| guides.field.at(surface.p));
+        if let Some(cell) = cell {
+            let albedo = match guides.keeps_albedo {
+                true => mean(bsdf.albedo(wo), &walk.lambda),
+                false => 0.0,
             };
             self.nodes[node].met = Some(Met { p: surface.p, albedo });
-            let expected;
-            (guide, expected) = guides.field.at(surface.p, wo, albedo);
-            if let (Some(g), true) = (&mut guide, is_matte(bsdf)) {
-                g.directions = g.directions.towards(surface.facing(wo));
-            }
-            if guides.rule.survival().is_none() {
+            if guides.splitting.rule.survival().is_none() {
+                let expected = match guides.splitting.rule.learns() {
+                    true => cell.expected(wo, albedo),
+                    false => None,
+                };
                 let collision = Collision {
                     weight: mean(walk.beta, &walk.lambda),
                     measurement: tree.measurement,
@@ -250,10 +267,18 @@ impl<'a> Forest<'a> {
         let copies = (q + u[7]) as u32;
         self.nodes[node].inv_q = 1.0 / q;
         tree.splits += copies.saturating_sub(1);
+        if walk.depth == 0 {
+            tree.factor = q;
+        }
+        if copies == 0 {
+            tree.ended += 1;
+            return;
+        }
 
-        let mixed: MixedBsdf<AnyLocal> = MixedBsdf::new(bsdf, guide);
-        let samples_light = smooth && integrator.counts(walk.depth + 1);
         let n = surface.facing(wo);
+        let guide = cell.and_then(|cell| cell.guide(surface.p, is_matte(bsdf).then_some(n)));
+        let mixed = MixedBsdf::new(bsdf, guide.as_ref());
+        let samples_light = smooth && integrator.counts(walk.depth + 1);
         let (walk, mut sampler) = (branch.walk, Some(branch.sampler));
         for copy in 1..=copies {
             // The last goes on with the branch's own numbers, the others with numbers of theirs.
@@ -274,6 +299,7 @@ impl<'a> Forest<'a> {
                 let light = integrator.direct(&surface, bsdf, wo, at, &walk.lambda, density);
                 if let Some(light) = light {
                     stats.shadow_rays += 1;
+                    tree.rays += 1;
                     child.asked = true;
                     self.shadow_rays.push(light.segment);
                     self.lit.push((number, light.radiance));
@@ -302,7 +328,9 @@ impl<'a> Forest<'a> {
                     depth: next.depth,
                 };
                 let survival = roulette.q(&state);
-                if let (true, Some(sampler)) = (u[6] < survival, sampler) {
+                if u[6] >= survival {
+                    tree.ended += 1;
+                } else if let Some(sampler) = sampler {
                     child.survival = survival;
                     child.traced = true;
                     next.beta *= 1.0 / survival;
@@ -332,6 +360,9 @@ impl<'a> Forest<'a> {
             let weight = tree.walk.film_weight;
             band.add(x, y, &PixelRecord { rgb, weight, ..tree.record });
             integrator.frame().add_bands(band, [x, y], weight, radiance, lambda);
+            let counts = [tree.splits, tree.ended, tree.longest, tree.rays].map(|n| n as f32);
+            let [added, ended, longest, rays] = counts;
+            band.add_trees(x, y, weight, [tree.factor, added, ended, longest, rays]);
             let grey = mean(radiance, lambda);
             harvest.values.push(if grey.is_finite() { grey } else { 0.0 });
         }
