@@ -28,6 +28,7 @@ mod motion;
 mod photons;
 mod placing;
 mod polarized;
+mod ray_trees;
 mod refraction;
 mod roulette;
 mod samplers;
