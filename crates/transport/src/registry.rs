@@ -8,6 +8,7 @@ use crate::path;
 use crate::path::guided::{self, Guided};
 use crate::ray_tracing::backward::{self, Backward};
 use crate::ray_tracing::ray_tree::{self, RayTree};
+use crate::zbuffer::{self, ZBuffer};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
@@ -88,6 +89,11 @@ pub static ALL: &[Entry] = &[
         info: &ray_tree::DISTRIBUTED_INFO,
         parameters: ray_tree::distributed_parameters,
         make: |p| Ok(Box::new(RayTree::distributed(parse(p)?))),
+    },
+    Entry {
+        info: &zbuffer::INFO,
+        parameters: zbuffer::parameters,
+        make: |p| Ok(Box::new(ZBuffer::new(parse(p)?))),
     },
 ];
 

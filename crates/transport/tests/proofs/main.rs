@@ -40,3 +40,4 @@ mod subsurface;
 mod surfaces;
 mod virtual_lights;
 mod waves;
+mod zbuffer;
