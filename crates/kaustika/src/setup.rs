@@ -179,7 +179,7 @@ impl Setup {
         let of_method = method.layers();
         frame.keep_layers(&of_method);
 
-        let mode = options.mode.unwrap_or(match description.format {
+        let mode = options.mode.or(method.mode()).unwrap_or(match description.format {
             _ if camera.film.bands.is_some() => ColorMode::Spectral,
             SourceFormat::Pbrt => ColorMode::Spectral,
             _ => ColorMode::Rgb,

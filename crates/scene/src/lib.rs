@@ -28,7 +28,7 @@ mod whereabouts;
 
 pub use batch::RayBatch;
 pub use build::SceneOptions;
-pub use camera::{Camera, CameraConnection, CameraRay, CameraRays, LensHit};
+pub use camera::{Camera, CameraConnection, CameraRay, CameraRays, FlatView, LensHit};
 pub use chart::ChartPoint;
 pub use error::BuildError;
 pub use geometry::{Geometry, Hit, Primitive};
@@ -37,9 +37,9 @@ pub use light::{
     AreaLight, AreaShape, EmittedRay, Escaped, LearnedLights, Light, LightChoice, LightSample,
     LightSelection, LightSelectionKind, ShadingPoint,
 };
-pub use material::Materials;
+pub use material::{Looks, Materials};
 pub use medium::Medium;
 pub use scene::{Scene, ShapeInfo};
 pub use shape::ShapeSample;
 pub use surface::{LightId, Surface};
-pub use texture::{TexturePoint, Textures};
+pub use texture::{BitmapSampler, TexturePoint, Textures};

@@ -4,6 +4,7 @@
 mod coating;
 mod grating;
 mod hair;
+mod looks;
 mod metallic_roughness;
 mod oriented;
 mod tables;
@@ -24,6 +25,7 @@ use crate::surface::Surface;
 use crate::texture::{TexturePoint, Textures};
 use kaustika_math::{Frame, Vec3, mix_bits};
 use kaustika_spectra::{ColorMode, Spectrum, Wavelengths};
+pub use looks::Looks;
 use oriented::is_oriented;
 use std::cell::OnceCell;
 use std::f32::consts::FRAC_1_SQRT_2;

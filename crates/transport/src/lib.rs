@@ -22,6 +22,7 @@ mod saved;
 pub mod session;
 pub mod trees;
 pub mod workers;
+pub mod zbuffer;
 
 pub use frame::Frame;
 pub use method::{Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule};

@@ -4,6 +4,7 @@ use crate::frame::Frame;
 use crate::workers::Workers;
 use kaustika_film::accumulate::PassImage;
 use kaustika_scene::Scene;
+use kaustika_spectra::ColorMode;
 use std::io::{self, Read, Write};
 use std::ops::AddAssign;
 use thiserror::Error;
@@ -113,6 +114,11 @@ pub enum RenderError {
 pub trait Method: Send {
     /// Name, path class and so on.
     fn info(&self) -> &'static MethodInfo;
+
+    /// The colours it computes in, if it knows no others.
+    fn mode(&self) -> Option<ColorMode> {
+        None
+    }
 
     /// Names of layers that it adds to the picture, after those by path.
     fn layers(&self) -> Vec<String> {

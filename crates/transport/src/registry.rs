@@ -7,6 +7,8 @@ use crate::particle::{self, Vpl};
 use crate::path;
 use crate::path::guided::{self, Guided};
 use crate::ray_tracing::backward::{self, Backward};
+use crate::ray_tracing::ray_tree::{self, RayTree};
+use crate::zbuffer::{self, ZBuffer};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
@@ -77,6 +79,21 @@ pub static ALL: &[Entry] = &[
         info: &backward::INFO,
         parameters: backward::parameters,
         make: |p| Ok(Box::new(Backward::new(parse(p)?))),
+    },
+    Entry {
+        info: &ray_tree::WHITTED_INFO,
+        parameters: ray_tree::whitted_parameters,
+        make: |p| Ok(Box::new(RayTree::whitted(parse(p)?))),
+    },
+    Entry {
+        info: &ray_tree::DISTRIBUTED_INFO,
+        parameters: ray_tree::distributed_parameters,
+        make: |p| Ok(Box::new(RayTree::distributed(parse(p)?))),
+    },
+    Entry {
+        info: &zbuffer::INFO,
+        parameters: zbuffer::parameters,
+        make: |p| Ok(Box::new(ZBuffer::new(parse(p)?))),
     },
 ];
 

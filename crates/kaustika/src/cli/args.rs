@@ -39,6 +39,8 @@ pub enum Command {
     Info(InfoArgs),
     /// Measure ray throughput on given rays
     Rays(RaysArgs),
+    /// Fly around what a scene shows, drawn by z-buffer, and tell how long frames take
+    Fly(FlyArgs),
 }
 
 /// `kaustika render`.
@@ -264,6 +266,45 @@ pub struct RaysArgs {
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = count, allow_hyphen_values = true)]
     pub repeat: u64,
     /// Write JSON: one line for each file of rays
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `kaustika fly`.
+#[derive(ClapArgs, Debug)]
+pub struct FlyArgs {
+    /// Scene file, as `render` takes it; without one the built-in scene
+    pub scene: Option<PathBuf>,
+    /// Folder for the frames: 0000.png and so on
+    #[arg(short, long, value_name = "FOLDER")]
+    pub output: Option<PathBuf>,
+    /// Frames of the flight
+    #[arg(long, value_name = "N", default_value_t = 120, value_parser = count, allow_hyphen_values = true)]
+    pub frames: u64,
+    /// How far the camera swings to each side around the middle of the picture, in degrees
+    #[arg(long, value_name = "DEGREES", default_value_t = 8.0, value_parser = finite,
+        allow_hyphen_values = true)]
+    pub swing: f32,
+    /// Parameter of the method `zbuffer`; may be repeated
+    #[arg(short, long = "parameter", value_name = "KEY=VALUE", value_parser = key_value)]
+    pub parameter: Vec<(String, String)>,
+    /// Value of a scene variable (Mitsuba's $name); may be repeated
+    #[arg(short = 'D', long = "define", value_name = "KEY=VALUE", value_parser = key_value)]
+    pub define: Vec<(String, String)>,
+    /// Camera by name or number
+    #[arg(long, value_name = "NAME|N")]
+    pub camera: Option<String>,
+    /// Size of the frames in pixels
+    #[arg(long, value_name = "WxH", value_parser = resolution, allow_hyphen_values = true)]
+    pub resolution: Option<[u32; 2]>,
+    /// Threads; 0: one a core
+    #[arg(short = 't', long, value_name = "N", default_value_t = 0,
+        value_parser = threads, allow_hyphen_values = true)]
+    pub threads: usize,
+    /// How values become colours
+    #[command(flatten)]
+    pub look: LookArgs,
+    /// Write JSON
     #[arg(long)]
     pub json: bool,
 }

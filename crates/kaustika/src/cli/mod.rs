@@ -6,6 +6,7 @@ mod denoise;
 mod diagnostics;
 mod duration;
 mod failure;
+mod fly;
 mod info;
 mod interrupt;
 mod job;
@@ -33,6 +34,7 @@ pub fn main() -> ExitCode {
         Command::Methods(args) => methods::run(args),
         Command::Info(args) => info::run(args),
         Command::Rays(args) => rays::run(args),
+        Command::Fly(args) => fly::run(args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -229,6 +229,32 @@ impl<'a> Bsdf<'a> {
         (s.pdf > 0.0).then_some(s)
     }
 
+    /// Draws from each model, and each of its classes in `lobes`, apart: `each` gets one direction of
+    /// every one, where [`Bsdf::sample`] chooses. What they lead to, each times its weight, is
+    /// together what the surface scatters. A mirror and clear glass leave nothing to chance.
+    pub fn sample_each(
+        &self,
+        wo: Vec3,
+        (uc, u2): (f32, Vec2),
+        mode: Mode,
+        lobes: Lobes,
+        mut each: impl FnMut(&BsdfSample),
+    ) {
+        for part in &self.parts {
+            let o = part.frame.to_local(wo);
+            for class in (part.model.lobes() & lobes).classes() {
+                let Some(local) = part.model.sample(o, uc, u2, mode, class) else { continue };
+                let wi = part.frame.to_world(local.wi);
+                if local.pdf > 0.0 && part.passes_guard((o, wo), (local.wi, wi), mode) {
+                    let k = part.weight
+                        * part.correction(wo, wi, self.ng, mode)
+                        * part.shadowing(wo, wi, mode);
+                    each(&BsdfSample { wi, weight: local.weight * k, ..local });
+                }
+            }
+        }
+    }
+
     /// The model that `uc` chooses, and what is left of `uc`.
     #[inline]
     fn choose(&self, uc: f32) -> Option<(usize, f32)> {

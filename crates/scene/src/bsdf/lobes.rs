@@ -53,6 +53,11 @@ impl Lobes {
         self.0 & o.0 == o.0
     }
 
+    /// The classes in it, one by one.
+    pub fn classes(self) -> impl Iterator<Item = Lobes> {
+        (0..7).map(|bit| Lobes(1 << bit)).filter(move |&c| self.has(c))
+    }
+
     /// True if there is no class in it.
     #[inline]
     pub const fn is_empty(self) -> bool {

@@ -91,11 +91,6 @@ fn outgoing(expect: &Expect) -> Vec<Vec3> {
     directions
 }
 
-/// The single classes in a set.
-fn classes(lobes: Lobes) -> impl Iterator<Item = Lobes> {
-    (0..7).map(|bit| Lobes(1 << bit)).filter(move |&c| lobes.has(c))
-}
-
 /// One situation of the family.
 #[derive(Clone, Copy, Debug)]
 struct Case {
@@ -114,12 +109,12 @@ pub fn check_model(name: &str, model: &impl Scatter, expect: Expect) {
         for mode in [Mode::Radiance, Mode::Importance] {
             cases.push(Case { wo, mode, mask: Lobes::ALL });
         }
-        if classes(lobes).count() > 1 {
-            cases.extend(classes(lobes).map(|mask| Case { wo, mode: Mode::Radiance, mask }));
+        if lobes.classes().count() > 1 {
+            cases.extend(lobes.classes().map(|mask| Case { wo, mode: Mode::Radiance, mask }));
         }
     }
     // One chi-square test and four lanes of the furnace for each case, and the delta classes.
-    let tests = cases.len() * (5 + classes(lobes & Lobes::DELTA).count());
+    let tests = cases.len() * (5 + (lobes & Lobes::DELTA).classes().count());
     let p_least = 1.0 - 0.99f64.powf(1.0 / tests as f64);
     for (i, &case) in cases.iter().enumerate() {
         let run = Run { name, model, expect, case, p_least, seed: 1000 + i as u64 };
@@ -228,7 +223,10 @@ impl<M: Scatter> Run<'_, M> {
                 self.near_spectrum(f, swapped, 1e-5, "reciprocity", wi);
             }
             if mask == Lobes::ALL {
-                let parts = classes(self.model.lobes())
+                let parts = self
+                    .model
+                    .lobes()
+                    .classes()
                     .map(|c| self.model.eval(wo, wi, mode, c))
                     .fold(Spectrum::ZERO, |a, b| a + b);
                 self.near_spectrum(value, parts, 1e-6, "sum over classes", wi);

@@ -16,7 +16,7 @@ mod spherical;
 
 pub use meter::Meter;
 pub use moving::Moving;
-pub use projective::Projective;
+pub use projective::{FlatView, Projective};
 pub use realistic::Realistic;
 pub use spherical::Spherical;
 
@@ -263,6 +263,15 @@ impl Camera {
     /// True if light paths can be connected to it: not to real lenses, meters and batches.
     pub fn connects(&self) -> bool {
         !matches!(self, Camera::Realistic(_) | Camera::Meter(_) | Camera::Batch(..))
+    }
+
+    /// As a pinhole camera with a flat film at a time, if it is perspective or parallel.
+    pub fn flat(&self, time: f32) -> Option<FlatView> {
+        match self {
+            Camera::Projective(c) => Some(c.flat()),
+            Camera::Moving(c) => c.flat(time),
+            _ => None,
+        }
     }
 
     /// What is up in the picture at a film position and a time, in world space and not unit; zero

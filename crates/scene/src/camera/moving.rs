@@ -1,6 +1,6 @@
 //! A camera that moves while the shutter is open: one at rest, and the motion of its space.
 
-use super::{Camera, CameraConnection, CameraRay};
+use super::{Camera, CameraConnection, CameraRay, FlatView};
 use kaustika_math::{Bounds3, Motion, Ray, Transform, Vec2, Vec3};
 
 /// A moving camera.
@@ -15,6 +15,12 @@ impl Moving {
     /// `at_rest` stands in its own space.
     pub fn new(at_rest: Camera, motion: Motion) -> Moving {
         Moving { at_rest: Box::new(at_rest), motion }
+    }
+
+    /// See [`Camera::flat`].
+    pub fn flat(&self, time: f32) -> Option<FlatView> {
+        let own = self.at_rest.flat(time)?;
+        Some(FlatView { to_world: self.motion.at(time).then_after(&own.to_world), ..own })
     }
 
     /// The ray through a film position and a lens sample.

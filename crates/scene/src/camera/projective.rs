@@ -34,7 +34,30 @@ pub struct Projective {
     far: f32,
 }
 
+/// A camera with a flat film as a matrix would have it: what a rasteriser needs.
+#[derive(Clone, Copy, Debug)]
+pub struct FlatView {
+    /// Camera to world.
+    pub to_world: Transform,
+    /// x0, x1, y0, y1 of the picture on the plane z = 1, or in camera space of a parallel projection.
+    pub window: [f32; 4],
+    /// Pixels of the picture.
+    pub resolution: [f32; 2],
+    /// False: a parallel projection.
+    pub perspective: bool,
+    /// Depth before which nothing is seen.
+    pub near: f32,
+    /// Depth beyond which nothing is seen.
+    pub far: f32,
+}
+
 impl Projective {
+    /// As a pinhole, whatever the lens.
+    pub fn flat(&self) -> FlatView {
+        let Projective { to_world, window, resolution, perspective, near, far, .. } = *self;
+        FlatView { to_world, window, resolution, perspective, near, far }
+    }
+
     /// From a description; `desc.kind` must not be spherical.
     pub fn new(desc: &CameraDesc, resolution: [u32; 2]) -> Projective {
         let (mut window, shift, lens_radius, focus_distance, near, far, perspective) =

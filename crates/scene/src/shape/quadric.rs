@@ -4,8 +4,9 @@
 //! hit is then put back onto the surface, so that its error is that of one rounding.
 
 use super::ShapeSample;
+use crate::description::TriMesh;
 use crate::surface::{LightId, Surface};
-use kaustika_math::{Bounds3, Ray, Transform, Vec2, Vec3, gamma, sqr, warp};
+use kaustika_math::{Bounds3, Ray, Transform, Vec2, Vec3, gamma, lerp, sqr, warp};
 use std::f32::consts::PI;
 
 /// The form in its own space.
@@ -235,6 +236,45 @@ impl Quadric {
             light: self.light,
             time,
         }
+    }
+
+    /// As a mesh of `around` by `along` cells, with the normals of the shape.
+    pub fn tessellated(&self, around: u32, along: u32) -> TriMesh {
+        let mut mesh = TriMesh::default();
+        for j in 0..=along {
+            let v = j as f32 / along as f32;
+            for i in 0..=around {
+                let phi = self.phi_max * i as f32 / around as f32;
+                let (s, c) = phi.sin_cos();
+                let p = match self.form {
+                    QuadricForm::Sphere { radius, z_min, z_max } => {
+                        let angle =
+                            |z: f32| kaustika_math::safe_acos(z.clamp(-radius, radius) / radius);
+                        let (s_theta, c_theta) = lerp(v, angle(z_min), angle(z_max)).sin_cos();
+                        Vec3::new(c * s_theta, s * s_theta, c_theta) * radius
+                    }
+                    QuadricForm::Cylinder { radius, z_min, z_max } => {
+                        Vec3::new(c * radius, s * radius, lerp(v, z_min, z_max))
+                    }
+                    QuadricForm::Disk { height, radius, inner } => {
+                        let r = lerp(v, radius, inner);
+                        Vec3::new(c * r, s * r, height)
+                    }
+                };
+                mesh.positions.push(self.to_world.point(p));
+                mesh.normals.push(self.world_normal(p));
+                mesh.uvs.push(Vec2::new(i as f32 / around as f32, v));
+            }
+        }
+        for j in 0..along {
+            for i in 0..around {
+                let a = j * (around + 1) + i;
+                let (b, c, d) = (a + 1, a + around + 1, a + around + 2);
+                mesh.indices.push([a, b, d]);
+                mesh.indices.push([a, d, c]);
+            }
+        }
+        mesh
     }
 
     /// A point of the surface, and its density per world area.

@@ -39,6 +39,11 @@ impl BitmapSampler {
         sampler
     }
 
+    /// The same image, filtered over mip maps (Williams 1983) whatever the file asks for.
+    pub fn mip_mapped(&self) -> BitmapSampler {
+        BitmapSampler::new(BitmapTexture { filter: BitmapFilter::Trilinear, ..self.source.clone() })
+    }
+
     /// The colour at a point, linear sRGB (or raw data).
     pub fn rgb(&self, at: &TexturePoint) -> [f32; 3] {
         let [r, g, b, _] = self.lookup(&mapping::apply(&self.source.mapping, at));

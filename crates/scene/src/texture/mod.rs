@@ -208,6 +208,14 @@ impl Textures {
         }
     }
 
+    /// The image of a node that is one, with mip maps; for renderers of one sample a pixel.
+    pub fn mip_mapped(&self, id: TextureId) -> Option<BitmapSampler> {
+        match &self.nodes[id.0 as usize] {
+            Node::Bitmap(bitmap) => Some(bitmap.mip_mapped()),
+            _ => None,
+        }
+    }
+
     /// Three raw numbers, for normal maps.
     pub fn raw_rgb(&self, id: TextureId, at: &TexturePoint) -> [f32; 3] {
         match &self.nodes[id.0 as usize] {

@@ -1,3 +1,5 @@
-//! Methods that trace rays as Whitted did: from the eye to the first surface that is no mirror.
+//! Methods that trace rays from the eye, as Whitted did, to the first surfaces that scatter light
+//! everywhere.
 
 pub mod backward;
+pub mod ray_tree;

@@ -49,7 +49,7 @@ pub(crate) fn layers(
 }
 
 /// Every kind of scattering there is, under every kind of light.
-fn all_kinds() -> Stage {
+pub(crate) fn all_kinds() -> Stage {
     let mut stage = room();
     let glass = stage.glass(1.5, 0.0);
     stage.shape(sphere(0.22), at(0.5, -0.3, 0.23), glass);
