@@ -2,6 +2,7 @@
 
 use crate::bidirectional::{self, Bdpt, Vcm};
 use crate::method::{Method, MethodInfo};
+use crate::metropolis::primary::{self, PrimarySpace};
 use crate::particle::photon_map::{self, PhotonMapper};
 use crate::particle::{self, Vpl};
 use crate::path;
@@ -72,6 +73,16 @@ pub static ALL: &[Entry] = &[
         info: &particle::VPL_INFO,
         parameters: particle::vpl_parameters,
         make: |p| Ok(Box::new(Vpl::new(parse(p)?))),
+    },
+    Entry {
+        info: &primary::INFO,
+        parameters: primary::parameters,
+        make: |p| Ok(Box::new(PrimarySpace::new(parse(p)?))),
+    },
+    Entry {
+        info: &primary::MULTIPLEXED_INFO,
+        parameters: primary::multiplexed_parameters,
+        make: |p| Ok(Box::new(PrimarySpace::multiplexed(parse(p)?))),
     },
     Entry {
         info: &backward::INFO,
