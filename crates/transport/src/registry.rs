@@ -2,6 +2,7 @@
 
 use crate::bidirectional::{self, Bdpt, Vcm};
 use crate::method::{Method, MethodInfo};
+use crate::metropolis::paths::{self, Mlt};
 use crate::metropolis::primary::{self, PrimarySpace};
 use crate::particle::photon_map::{self, PhotonMapper};
 use crate::particle::{self, Vpl};
@@ -83,6 +84,11 @@ pub static ALL: &[Entry] = &[
         info: &primary::MULTIPLEXED_INFO,
         parameters: primary::multiplexed_parameters,
         make: |p| Ok(Box::new(PrimarySpace::multiplexed(parse(p)?))),
+    },
+    Entry {
+        info: &paths::INFO,
+        parameters: paths::parameters,
+        make: |p| Ok(Box::new(Mlt::new(parse(p)?))),
     },
     Entry {
         info: &backward::INFO,

@@ -34,9 +34,9 @@ fn every_method_gives_the_same_bits_on_any_threads_and_in_shares() {
 #[test]
 fn chains_go_on_where_they_stopped_on_any_threads() {
     let p = Place::new();
-    for method in ["pssmlt", "mmlt"] {
+    for method in ["pssmlt --layer direct", "mmlt --layer direct", "mlt"] {
         let common = format!(
-            "render ball.pbrt -q -m {method} -p bootstrap=2000 --filter gaussian --layer direct --aov depth"
+            "render ball.pbrt -q --sampler sobol --filter gaussian --aov depth -p bootstrap=2000 -m {method}"
         );
         p.ok(&format!("{common} --spp 5 -t 1 -o whole.exr"));
         p.ok(&format!("{common} --spp 5 -t 5 -o five.exr"));

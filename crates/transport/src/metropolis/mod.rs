@@ -8,6 +8,7 @@ mod chain;
 mod coordinates;
 mod draws;
 mod film;
+pub mod paths;
 pub mod primary;
 pub mod seeds;
 mod separate;

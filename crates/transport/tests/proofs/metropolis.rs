@@ -30,7 +30,7 @@ fn glass_room() -> Scene {
     let mut stage = room();
     let glass = stage.glass(1.5, 0.0);
     stage.shape(sphere(0.25), at(0.45, -0.2, 0.26), glass);
-    stage.lamp(GeometryDesc::Rectangle, at(0.2, 0.1, 1.7) * down() * scale(0.3, 0.2, 1.0), 8.0);
+    stage.lamp(GeometryDesc::Rectangle, at(0.2, 0.1, 1.7) * down() * scale(0.8, 0.8, 1.0), 2.0);
     stage.camera(thin_lens(60.0, 0.1, 2.5), look(v(0.1, -2.6, 1.0), v(0.0, 0.0, 0.7)), SIZE);
     stage.build()
 }
@@ -53,7 +53,6 @@ fn primary_sample_space_agrees_with_bdpt() {
     for (i, (method, p)) in cases.into_iter().enumerate() {
         let what = format!("{method} {p}");
         let chains = renders(&scene, method, with(p), 150, 4010 + i as u64);
-        eprintln!("{what} {} {}", chains[4].mean(), chains[4].standard_error());
         agree(&what, &chains, &bdpt);
     }
 }
@@ -160,4 +159,34 @@ fn many_short_chains_are_right_if_their_starts_are_resampled() {
     let (_, bias_8) = off(8);
     assert!(p_0 < level(), "{p_0}");
     assert!(bias_8 < bias_0, "{bias_8} {bias_0}");
+}
+
+#[test]
+fn path_space_agrees_with_bdpt() {
+    let scene = glass_room();
+    let bdpt = means(&scene, "bdpt", json!({"max_depth": 4}), 3000, 4300);
+    let cases = [
+        json!({"max_depth": 4}),
+        json!({"max_depth": 4, "direct": "together"}),
+        json!({"max_depth": 4, "mutations": "bidirectional"}),
+        // Whatever a chain can't reach, its start was right on average, and stays so.
+        json!({"max_depth": 4, "mutations": "lens"}),
+        json!({"max_depth": 4, "mutations": "caustic", "direct": "together"}),
+        json!({"max_depth": 4, "mutations": "multichain"}),
+        json!({"max_depth": 4, "mutations": "lens+caustic+multichain", "direct": "together"}),
+    ];
+    for (i, p) in cases.into_iter().enumerate() {
+        let mut p = with(p);
+        p["chains"] = 96.into();
+        p["bootstrap"] = 20_000.into();
+        let chains = renders(&scene, "mlt", p.clone(), 300, 4310 + i as u64);
+        eprintln!(
+            "{p} {} ± {}, {} ± {}",
+            chains[4].mean(),
+            chains[4].standard_error(),
+            bdpt[4].mean(),
+            bdpt[4].standard_error()
+        );
+        agree(&format!("mlt {p}"), &chains, &bdpt);
+    }
 }

@@ -79,7 +79,8 @@ impl Cut {
         let Cut { a, b } = self;
         let old = n - a - b;
         // Nothing deleted and nothing made is the same path.
-        let fewest = lengths.fewest.saturating_sub(a + b).max(usize::from(a > 0 && b > 0 && old == 0));
+        let fewest =
+            lengths.fewest.saturating_sub(a + b).max(usize::from(a > 0 && b > 0 && old == 0));
         (fewest..=lengths.most.saturating_sub(a + b)).map(move |e| {
             let weight = match self == Cut::NOTHING {
                 true => LONGER.powi(e as i32),
@@ -189,7 +190,8 @@ fn grow<'a>(
     while turns.len() < of_light {
         let i = turns.len() - 1;
         let node = turns[i].node.clone();
-        let onward = tracer.scatter(&node, -came(&turns, source.as_ref(), i), Mode::Importance, draws)?;
+        let onward =
+            tracer.scatter(&node, -came(&turns, source.as_ref(), i), Mode::Importance, draws)?;
         turns[i].dirac = onward.dirac;
         let node = tracer.node(onward.ray, f32::INFINITY, &lambda)?;
         turns.push(Turn { node, dirac: None });

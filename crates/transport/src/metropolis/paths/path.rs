@@ -146,16 +146,8 @@ impl<'a> Path<'a> {
         turns: Vec<Turn<'a>>,
         sensed: Sensed,
     ) -> Option<Path<'a>> {
-        let mut path = Path {
-            u_lambda,
-            time,
-            source,
-            turns,
-            sensed,
-            rgb: [0.0; 3],
-            f: 0.0,
-            q: Vec::new(),
-        };
+        let mut path =
+            Path { u_lambda, time, source, turns, sensed, rgb: [0.0; 3], f: 0.0, q: Vec::new() };
         path.measure(measure).then_some(path)
     }
 
@@ -164,9 +156,14 @@ impl<'a> Path<'a> {
         self.turns.len()
     }
 
+    /// The wavelengths it was begun with.
+    pub(super) fn lambda_of_all(&self, scene: &Scene) -> Wavelengths {
+        Wavelengths::sample_for(scene.mode, self.u_lambda)
+    }
+
     /// Its wavelengths, the secondary ones ended if it disperses.
     pub(super) fn lambda(&self, scene: &Scene) -> Wavelengths {
-        let mut lambda = Wavelengths::sample_for(scene.mode, self.u_lambda);
+        let mut lambda = self.lambda_of_all(scene);
         if self.turns.iter().any(|t| t.node.disperses) {
             lambda.terminate_secondary();
         }

@@ -20,7 +20,8 @@ use super::path::{Path, Sensed, Source, Turn, toward};
 use super::tracer::{Met, Tracer};
 use crate::metropolis::Draws;
 use crate::path_space::Departure;
-use kaustika_math::{Frame, Ray, Vec2, Vec3, offset_origin};
+use kaustika_math::ray::offset_origin;
+use kaustika_math::{Frame, Ray, Vec2, Vec3};
 use kaustika_scene::bsdf::Mode;
 use std::f32::consts::TAU;
 
@@ -42,18 +43,11 @@ pub(super) enum EyeSide {
 
 /// (1) or (2): which, by the form of the path alone, which they keep.
 pub(super) fn eye_side(x: &Path) -> EyeSide {
-    let dirac = |t: &Turn| t.dirac.is_some();
-    let after_d = x.turns.windows(2).any(|w| dirac(&w[0]) && !dirac(&w[1]));
-    // S before D, seen from the light, with a D or the eye's side further on.
-    match after_d && !only_caustic(x) {
-        true => EyeSide::MultiChain,
-        false => EyeSide::Lens,
+    let first_d = x.turns.iter().rposition(|t| t.dirac.is_none());
+    match first_d.and_then(|i| i.checked_sub(1)) {
+        Some(next) if x.turns[next].dirac.is_some() => EyeSide::MultiChain,
+        _ => EyeSide::Lens,
     }
-}
-
-/// True of no path: a D that is followed by S always makes chains.
-fn only_caustic(_: &Path) -> bool {
-    false
 }
 
 /// (4), in pixels.
@@ -179,7 +173,8 @@ pub(super) fn move_caustic<'a>(
     if base == 0 && end.infinite {
         return None;
     }
-    let from = |path: &Path| if base == 0 { path.source.end.p } else { path.turns[base - 1].node.p() };
+    let from =
+        |path: &Path| if base == 0 { path.source.end.p } else { path.turns[base - 1].node.p() };
     let scale = |path: &Path| scale(path, from(path), base, tracer.measure.pixels);
     let [low, high] = radii(tracer.field.area());
     let scale_x = scale(x)?;

@@ -39,12 +39,7 @@ pub(super) struct Tracer<'a> {
 
 impl<'a> Tracer<'a> {
     /// What a ray meets.
-    pub(super) fn meet(
-        &mut self,
-        ray: Ray,
-        t_max: f32,
-        lambda: &Wavelengths,
-    ) -> Option<Met<'a>> {
+    pub(super) fn meet(&mut self, ray: Ray, t_max: f32, lambda: &Wavelengths) -> Option<Met<'a>> {
         let (mut ray, mut t_max) = (ray, t_max);
         for _ in 0..MAX_PASSAGES {
             self.stats.closest_rays += 1;
