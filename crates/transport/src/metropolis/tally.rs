@@ -58,6 +58,25 @@ impl Tally {
         *most = (*most).max(*still);
     }
 
+    /// The figures of a report: of each strategy how many of its proposals were light, and how many of
+    /// those and of all were accepted.
+    pub fn report(&self, names: &[&str]) -> Vec<(String, f64)> {
+        let share = |part: f64, all: u64| if all > 0 { part / all as f64 } else { 0.0 };
+        let of = |(name, c): (&&str, &Count)| {
+            let lit = c.proposed - c.failed;
+            [
+                (format!("{name}.proposed"), c.proposed as f64),
+                (format!("{name}.with_light"), share(lit as f64, c.proposed)),
+                (format!("{name}.acceptance_with_light"), share(c.accepted, lit)),
+                (format!("{name}.acceptance"), share(c.accepted, c.proposed)),
+            ]
+        };
+        let mut report: Vec<(String, f64)> = names.iter().zip(&self.counts).flat_map(of).collect();
+        report.push(("not_numbers".into(), self.bad as f64));
+        report.push(("longest_stand".into(), self.still[1] as f64));
+        report
+    }
+
     /// Adds what another has counted.
     pub fn add(&mut self, o: &Tally) {
         self.counts.resize(self.counts.len().max(o.counts.len()), Count::default());

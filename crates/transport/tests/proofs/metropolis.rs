@@ -5,7 +5,7 @@
 
 use crate::bidirectional::{SIZE, agree, means, renders, room};
 use crate::scenes::*;
-use crate::stats::level;
+use crate::stats::{level, same};
 use kaustika_film::FilterDesc;
 use kaustika_film::accumulate::PassImage;
 use kaustika_math::special::p_two_sided;
@@ -159,6 +159,106 @@ fn many_short_chains_are_right_if_their_starts_are_resampled() {
     let (_, bias_8) = off(8);
     assert!(p_0 < level(), "{p_0}");
     assert!(bias_8 < bias_0, "{bias_8} {bias_0}");
+}
+
+/// A room that is seen in a mirror before the camera, with a mirror for a wall: what is near and
+/// what is far in it differ by much.
+fn mirror_room(size: [u32; 2]) -> Scene {
+    let mut stage = Stage::new();
+    let (white, mirror) = (stage.diffuse(0.7), stage.metal(0.0));
+    let wall = |stage: &mut Stage, t, m| {
+        let m = stage.two_sided(m);
+        stage.shape(GeometryDesc::Rectangle, t, m);
+    };
+    wall(&mut stage, scale(1.0, 3.0, 1.0), white);
+    wall(&mut stage, at(0.0, 3.0, 1.0) * rotate(90.0, v(1.0, 0.0, 0.0)), white);
+    wall(
+        &mut stage,
+        at(-1.0, 0.0, 1.0) * rotate(90.0, v(0.0, 1.0, 0.0)) * scale(1.0, 3.0, 1.0),
+        white,
+    );
+    wall(
+        &mut stage,
+        at(1.0, 0.0, 1.0) * rotate(90.0, v(0.0, 1.0, 0.0)) * scale(1.0, 3.0, 1.0),
+        mirror,
+    );
+    // Turned by 45°: a ray along x goes on along y.
+    wall(
+        &mut stage,
+        at(0.0, -4.0, 1.0)
+            * rotate(45.0, v(0.0, 0.0, 1.0))
+            * rotate(90.0, v(1.0, 0.0, 0.0))
+            * scale(3.0, 3.0, 1.0),
+        mirror,
+    );
+    stage.lamp(GeometryDesc::Rectangle, at(0.2, 0.5, 1.9) * down() * scale(0.5, 0.5, 1.0), 4.0);
+    stage.camera(pinhole(50.0), look(v(-1.0, -4.0, 1.0), v(0.0, -4.0, 0.8)), size);
+    stage.build()
+}
+
+/// Tiles of a picture of 48 x 32 pixels.
+const TILES: [usize; 2] = [6, 4];
+
+/// The share of the picture's light in each of its tiles, over independent renders: what the
+/// brightness of a render is does not matter.
+fn shares(scene: &Scene, method: &str, p: &Value, passes: u64, seed: u64) -> Vec<RunningMean> {
+    let size = [48, 32];
+    let Value::Object(p) = p else { panic!("an object") };
+    let workers = Workers::new(2, Arc::default()).expect("threads");
+    let mut means = vec![RunningMean::new(); TILES[0] * TILES[1]];
+    for k in 0..32 {
+        let seed = 100 * seed + k;
+        let kind = SamplerKind::Independent;
+        let config = SamplerConfig { kind, seed, spp: passes, resolution: size };
+        let frame = Frame::new(size, FilterDesc::BOX, config);
+        let mut method = (registry::find(method).expect("known").make)(p).expect("sound");
+        method.prepare(scene, &frame, &workers).expect("prepared");
+        let mut image = PassImage::new(size[0], size[1], frame.layers.clone());
+        for index in 0..passes {
+            method.pass(index, scene, &frame, &mut image, &workers).expect("a pass");
+        }
+        let mut sums = vec![0.0; means.len()];
+        for (i, pixel) in image.data().chunks(image.layers().stride()).enumerate() {
+            let (x, y) = (i % 48 / 8, i / 48 / 8);
+            sums[y * TILES[0] + x] += f64::from(pixel[0] + pixel[1] + pixel[2]);
+        }
+        let all: f64 = sums.iter().sum();
+        means.iter_mut().zip(sums).for_each(|(m, s)| m.push(s / all));
+    }
+    means
+}
+
+#[test]
+fn mutations_keep_to_the_densities_of_paths() {
+    // Chains that start right must stay right, by each kind of mutation alone; a density that is
+    // left out draws light from one tile to another.
+    let mut plain = room();
+    plain.lamp(GeometryDesc::Rectangle, at(0.2, 0.1, 1.7) * down() * scale(0.8, 0.8, 1.0), 2.0);
+    plain.camera(pinhole(60.0), look(v(0.1, -2.6, 1.0), v(0.0, 0.0, 0.7)), [48, 32]);
+    let scenes = [("plain", plain.build()), ("mirrors", mirror_room([48, 32]))];
+    for (i, (what, scene)) in scenes.iter().enumerate() {
+        let seed = 4400 + 10 * i as u64;
+        // One bounce is the chains' too; lights that are seen are not compared.
+        let reference = json!({"max_depth": 3, "hide_emitters": true});
+        let reference = shares(scene, "bdpt", &reference, 16, seed);
+        let kinds = ["bidirectional", "lens", "caustic", "multichain", "all"];
+        for (j, mutations) in kinds.into_iter().enumerate() {
+            let p = json!({
+                "max_depth": 3, "hide_emitters": true, "direct": "together",
+                "mutations": mutations, "chains": 2000, "bootstrap": 30_000,
+            });
+            let chains = shares(scene, "mlt", &p, 30, seed + 1 + j as u64);
+            let z = |(a, b): (&RunningMean, &RunningMean)| {
+                (a.mean() - b.mean()).abs() / a.standard_error().hypot(b.standard_error())
+            };
+            let worst = chains.iter().zip(&reference).map(z).fold(0.0, f64::max);
+            let e = chains.iter().map(|a| a.standard_error() / a.mean()).sum::<f64>() / 24.0;
+            eprintln!("{what} {mutations}: {worst} {e}");
+            for (k, (a, b)) in chains.iter().zip(&reference).enumerate() {
+                same(&format!("{what}, {mutations}, tile {k}"), a, b);
+            }
+        }
+    }
 }
 
 #[test]

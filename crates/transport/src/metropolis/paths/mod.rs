@@ -115,6 +115,16 @@ impl Method for Mlt {
         &INFO
     }
 
+    fn report(&self) -> Vec<(String, f64)> {
+        let mut report = vec![
+            ("brightness".into(), self.brightness),
+            ("brightness_error".into(), self.error),
+            ("chains".into(), self.walks.len() as f64),
+        ];
+        report.extend(self.tally.report(&Mutation::ALL.map(Mutation::name)));
+        report
+    }
+
     fn prepare(
         &mut self,
         scene: &Scene,

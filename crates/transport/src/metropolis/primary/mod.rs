@@ -217,6 +217,17 @@ impl Method for PrimarySpace {
         }
     }
 
+    fn report(&self) -> Vec<(String, f64)> {
+        let mut report = vec![
+            ("brightness".into(), self.brightness),
+            ("brightness_error".into(), self.error),
+            ("chains".into(), self.walks.len() as f64),
+            ("small_step".into(), self.small),
+        ];
+        report.extend(self.tally.report(&STRATEGIES));
+        report
+    }
+
     fn prepare(
         &mut self,
         scene: &Scene,
