@@ -4,6 +4,7 @@ use crate::record::Record;
 use kaustika_transport::PassStats;
 use kaustika_transport::session::RelativeError;
 use serde::Serialize;
+use serde_json::{Map, Value};
 use std::time::Duration;
 
 /// One JSON object a render; field names are the keys.
@@ -37,6 +38,8 @@ pub struct Stats {
     pub version: String,
     /// Estimated relative error of the picture; `None` without passes.
     pub relative_error: Option<Error>,
+    /// What only the method knows of itself, by name.
+    pub report: Map<String, Value>,
 }
 
 /// Wall time of each phase in seconds.
@@ -71,7 +74,7 @@ pub struct Error {
 }
 
 /// A run as the session tells it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Run {
     /// Passes in the picture.
     pub passes: u64,
@@ -83,6 +86,8 @@ pub struct Run {
     pub work: PassStats,
     /// Estimated error.
     pub error: Option<RelativeError>,
+    /// The method's report.
+    pub report: Vec<(String, f64)>,
 }
 
 impl Stats {
@@ -107,6 +112,7 @@ impl Stats {
             seed: record.seed,
             version: record.version.clone(),
             relative_error: run.error.map(|e| Error { mean: e.mean, p95: e.p95 }),
+            report: run.report.iter().map(|(k, v)| (k.clone(), Value::from(*v))).collect(),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The light transport methods, one family a folder, behind one interface.
 //!
 //! [`method`] says what a method is; [`session`] runs passes of any method until a budget is
-//! met. A method knows the scene, the sampler, the film and the shared floors (`path_space`, `extinction`, `roulette`), and
+//! met. A method knows the scene, the sampler, the film and the shared floors (`path_space`, `strategies`, `extinction`, `roulette`), and
 //! no other method's insides.
 
 pub mod bidirectional;
@@ -11,6 +11,7 @@ pub mod frame;
 pub mod guiding;
 pub mod lights;
 pub mod method;
+pub mod metropolis;
 pub mod nearest;
 pub mod particle;
 pub mod path;
@@ -20,6 +21,7 @@ pub mod registry;
 pub mod roulette;
 mod saved;
 pub mod session;
+pub mod strategies;
 pub mod trees;
 pub mod workers;
 pub mod zbuffer;

@@ -131,6 +131,11 @@ pub trait Method: Send {
         false
     }
 
+    /// Figures that tell how it goes, by name: what only this method knows of itself.
+    fn report(&self) -> Vec<(String, f64)> {
+        Vec::new()
+    }
+
     /// Whatever must happen before the first pass.
     ///
     /// # Errors

@@ -2,6 +2,8 @@
 
 use crate::bidirectional::{self, Bdpt, Vcm};
 use crate::method::{Method, MethodInfo};
+use crate::metropolis::paths::{self, Mlt};
+use crate::metropolis::primary::{self, PrimarySpace};
 use crate::particle::photon_map::{self, PhotonMapper};
 use crate::particle::{self, Vpl};
 use crate::path;
@@ -74,6 +76,21 @@ pub static ALL: &[Entry] = &[
         info: &particle::VPL_INFO,
         parameters: particle::vpl_parameters,
         make: |p| Ok(Box::new(Vpl::new(parse(p)?))),
+    },
+    Entry {
+        info: &primary::INFO,
+        parameters: primary::parameters,
+        make: |p| Ok(Box::new(PrimarySpace::new(parse(p)?))),
+    },
+    Entry {
+        info: &primary::MULTIPLEXED_INFO,
+        parameters: primary::multiplexed_parameters,
+        make: |p| Ok(Box::new(PrimarySpace::multiplexed(parse(p)?))),
+    },
+    Entry {
+        info: &paths::INFO,
+        parameters: paths::parameters,
+        make: |p| Ok(Box::new(Mlt::new(parse(p)?))),
     },
     Entry {
         info: &backward::INFO,

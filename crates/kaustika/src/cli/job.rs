@@ -218,6 +218,7 @@ impl<'a> Job<'a> {
             elapsed: self.elapsed,
             work: self.work,
             error: self.error,
+            report: session.method.report(),
         };
         let stats = Stats::new(self.record, &run, phases, workers.threads());
         let counted = self.args.stats.as_deref().map_or(Ok(()), |path| write_stats(path, &stats));

@@ -33,6 +33,26 @@ fn every_method_gives_the_same_bits_on_any_threads_and_in_shares() {
 }
 
 #[test]
+fn chains_go_on_where_they_stopped_on_any_threads() {
+    let p = Place::new();
+    for method in ["pssmlt --layer direct", "mmlt --layer direct", "mlt"] {
+        let common = format!(
+            "render ball.pbrt -q --sampler sobol --filter gaussian --aov depth -p bootstrap=2000 -m {method}"
+        );
+        p.ok(&format!("{common} --spp 5 -t 1 -o whole.exr"));
+        p.ok(&format!("{common} --spp 5 -t 5 -o five.exr"));
+        assert_same_bits(&p.picture("whole.exr"), &p.picture("five.exr"));
+        for spp in [2, 3, 5] {
+            p.ok(&format!("{common} --spp {spp} --resume -t 3 -o parts.exr"));
+        }
+        assert_same_bits(&p.picture("parts.exr"), &p.picture("whole.exr"));
+        std::fs::remove_file(p.path("parts.ckpt")).unwrap();
+        let error = p.fails(2, &format!("{common} --spp 5 --passes 1..3 -o part.exr"));
+        assert!(error.contains("can't be dealt out"), "{error}");
+    }
+}
+
+#[test]
 fn layers_by_path_are_shared_and_resumed_like_the_picture() {
     let p = Place::new();
     let layers = "--layer direct --layer rest=C.{2,}L --layer caustic=LS+DS*E --aov depth";

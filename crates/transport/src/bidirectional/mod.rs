@@ -5,27 +5,22 @@
 //! Good at caustics on what is seen directly and at light that comes over a corner; bad at
 //! reflections of caustics, which no strategy but chance finds.
 
-mod connect;
 mod merging;
 mod params;
-mod pyramid;
-mod weight;
 
 pub use merging::{
     HashGrid, INFO as VCM_INFO, PPM_INFO, Vcm, VcmParams, parameters as vcm_parameters,
     ppm_parameters,
 };
 pub use params::{BdptParams, parameters};
-pub use weight::{Joint, Link, strategy_weight};
 
-use self::connect::Bidirectional;
-use self::pyramid::{DEEPEST, Pyramid};
 use crate::frame::Frame;
 use crate::lights;
 use crate::method::{
     Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule,
 };
 use crate::path_space::{emission_table, needs_lens, splat_bands};
+use crate::strategies::{DEEPEST, Pairs, Pyramid};
 use crate::workers::Workers;
 use kaustika_film::accumulate::PassImage;
 use kaustika_scene::{LightSelection, Scene};
@@ -103,7 +98,11 @@ impl Method for Bdpt {
     ) -> Result<Commit, RenderError> {
         let lights = self.lights.as_ref().unwrap_or(&scene.light_selection);
         let rows = CHUNK.div_ceil(out.width()).max(1);
-        let room = || Bidirectional::new(scene, frame, &self.params, lights, &self.emission);
+        let room = || {
+            let settings = self.params.settings();
+            let pairs = Pairs::new(scene, frame, settings, lights, &self.emission);
+            if self.params.pyramid { pairs.with_pyramid() } else { pairs }
+        };
         let bands = splat_bands(workers, frame, out, rows, room, |room, band, splats| {
             let mut stats = PassStats::default();
             for y in 0..band.height() {

@@ -2,6 +2,7 @@
 
 use crate::registry::Parameter;
 use crate::roulette::{Roulette, Survival};
+use crate::strategies::Settings;
 use kaustika_sampling::Heuristic;
 use serde::Deserialize;
 
@@ -62,9 +63,21 @@ impl BdptParams {
             .fold(u32::MAX, u32::min)
     }
 
-    /// The roulette these parameters ask for.
-    pub fn roulette(&self) -> Roulette {
-        Roulette { survival: self.roulette, rr_depth: self.rr_depth, threshold: self.rr_threshold }
+    /// What is asked of pairs of subpaths.
+    pub fn settings(&self) -> Settings {
+        let roulette = Roulette {
+            survival: self.roulette,
+            rr_depth: self.rr_depth,
+            threshold: self.rr_threshold,
+        };
+        Settings {
+            depths: [u32::try_from(self.only_depth).unwrap_or(0), self.max_bounces()],
+            roulette,
+            mis: self.mis,
+            strategy: self.strategy,
+            weighted: self.weighted,
+            hide_emitters: self.hide_emitters,
+        }
     }
 }
 

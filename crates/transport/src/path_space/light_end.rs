@@ -108,8 +108,13 @@ impl LightEnd {
 
     /// Density of x₀ if the vertex x₁ asks `lights` for a light.
     pub fn next_event(&self, scene: &Scene, lights: &LightSelection, x1: &Vertex) -> f64 {
+        self.asked_from(scene, lights, x1.surface.p, x1.light_normal())
+    }
+
+    /// The same, x₁ being at `p` and choosing lights with the normal `n`.
+    pub fn asked_from(&self, scene: &Scene, lights: &LightSelection, p: Vec3, n: Vec3) -> f64 {
         let light = scene.light(self.light);
-        let (p, n, wi) = (x1.surface.p, x1.light_normal(), -self.w);
+        let wi = -self.w;
         if let Light::Environment(_) = light {
             let e = light.escaped(p, wi, &Wavelengths::rgb());
             let pmf = lights.pmf_escaped(p, n, self.light, e.region);

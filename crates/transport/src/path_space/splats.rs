@@ -85,7 +85,7 @@ pub fn splat_bands<S: Send, T: Send>(
             (result, splats)
         })?;
         for (result, splats) in filled {
-            splats.iter().for_each(|s| add(frame, image, s));
+            splats.iter().for_each(|s| add_splat(frame, image, s));
             results.push(result);
         }
     }
@@ -93,7 +93,7 @@ pub fn splat_bands<S: Send, T: Send>(
 }
 
 /// Adds a splat to every pixel whose filter covers its place.
-fn add(frame: &Frame, image: &mut PassImage, s: &Splat) {
+pub fn add_splat(frame: &Frame, image: &mut PassImage, s: &Splat) {
     let filter = &frame.filter_desc;
     let radius = filter.radius();
     let scale = 1.0 / filter.integral();

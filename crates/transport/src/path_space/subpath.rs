@@ -1,6 +1,6 @@
 //! Subpaths: random walks from either end, over surfaces and through media.
 
-use super::Vertex;
+use super::{Vertex, solid_angle_to_area};
 use crate::method::PassStats;
 use crate::roulette::{Roulette, WalkState};
 use kaustika_math::{Ray, Vec2, Vec3};
@@ -35,6 +35,16 @@ pub enum Departure {
 }
 
 impl Departure {
+    /// Density of the first vertex being on a surface at `p` with normal `n`.
+    #[inline]
+    pub fn density_at(&self, p: Vec3, n: Vec3) -> f64 {
+        match *self {
+            Departure::Point { p: from, pdf_w } => pdf_w * solid_angle_to_area(from, p, n),
+            Departure::Parallel { d, pdf_a } => pdf_a * f64::from(n.abs_dot(d)),
+            Departure::Fixed => 1.0,
+        }
+    }
+
     /// Density of the first vertex being `v`, as far as its place decides.
     #[inline]
     pub fn density(&self, v: &Vertex) -> f64 {

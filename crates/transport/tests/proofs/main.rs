@@ -23,6 +23,8 @@ mod learned;
 mod light_kinds;
 mod media;
 mod meters;
+mod metropolis;
+mod metropolis_1d;
 mod mis;
 mod motion;
 mod photons;

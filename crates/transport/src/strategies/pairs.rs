@@ -12,7 +12,7 @@
 //! βᴸ and βᴱ are what arrives at a vertex of the light's and of the eye's subpath, over the density
 //! of the subpath; weights are those of [`super::weight`].
 
-use super::params::BdptParams;
+use super::Settings;
 use super::pyramid::Pyramid;
 use super::weight::{Joint, Link, strategy_weight};
 use crate::features::describe_vertex;
@@ -23,22 +23,22 @@ use crate::path_space::{
 };
 use kaustika_film::accumulate::PixelRecord;
 use kaustika_math::{Vec2, Vec3};
+use kaustika_sampling::Sampler;
 use kaustika_scene::bsdf::{Lobes, Mode};
-use kaustika_scene::{LightId, LightSelection, Scene, Segment};
+use kaustika_scene::{CameraRay, LightId, LightSelection, Scene, Segment};
 use kaustika_spectra::{Spectrum, Wavelengths};
 
 /// Branch of the sampler for light paths.
 const LIGHT_BRANCH: u64 = 0x006c_6967_6874;
 
 /// Joins subpaths of one picture.
-pub(super) struct Bidirectional<'a> {
+#[derive(Debug)]
+pub struct Pairs<'a> {
     scene: &'a Scene,
     frame: &'a Frame,
     lights: &'a LightSelection,
     emission: &'a LightSelection,
-    params: &'a BdptParams,
-    max_depth: u32,
-    only_depth: Option<u32>,
+    settings: Settings,
     /// One over the light paths of a pass.
     splat_scale: f32,
     /// Light paths for each camera path of the whole picture.
@@ -51,6 +51,17 @@ pub(super) struct Bidirectional<'a> {
     tracks: Option<Tracks<'a>>,
     /// Pictures of single strategies, if they are asked for.
     pyramid: Option<Pyramid>,
+}
+
+/// Where a pair of subpaths begins.
+#[derive(Clone, Copy, Debug)]
+pub struct Origin {
+    /// The ray from the camera.
+    pub camera: CameraRay,
+    /// The wavelengths of both.
+    pub lambda: Wavelengths,
+    /// Most vertices of the eye's subpath and of the light's.
+    pub most: [usize; 2],
 }
 
 /// How the two sides of a path are joined, seen from the joint: densities per solid angle (on
@@ -73,24 +84,24 @@ impl Default for Join {
     }
 }
 
-impl<'a> Bidirectional<'a> {
-    pub(super) fn new(
+impl<'a> Pairs<'a> {
+    /// For pairs of this frame, one for each pixel of its region; `lights` is how surfaces choose
+    /// lights, `emission` how lights are chosen to emit.
+    pub fn new(
         scene: &'a Scene,
         frame: &'a Frame,
-        params: &'a BdptParams,
+        settings: Settings,
         lights: &'a LightSelection,
         emission: &'a LightSelection,
-    ) -> Bidirectional<'a> {
+    ) -> Pairs<'a> {
         let pixels = |[w, h]: [u32; 2]| f64::from(w) * f64::from(h);
         let light_paths = pixels(frame.size());
-        Bidirectional {
+        Pairs {
             scene,
             frame,
             lights,
             emission,
-            params,
-            max_depth: params.max_bounces(),
-            only_depth: u32::try_from(params.only_depth).ok(),
+            settings,
             splat_scale: (1.0 / light_paths) as f32,
             light_paths: light_paths / pixels(frame.resolution),
             light: Subpath::default(),
@@ -98,15 +109,19 @@ impl<'a> Bidirectional<'a> {
             links: Vec::new(),
             densities: Vec::new(),
             tracks: frame.paths.as_ref().map(|classes| Tracks::new(classes, scene)),
-            pyramid: params.pyramid.then(|| {
-                let first = frame.paths.as_ref().map_or(0, |classes| classes.layers().len());
-                Pyramid::new(params.max_bounces() as usize, first)
-            }),
+            pyramid: None,
         }
     }
 
+    /// The same, with pictures of single strategies.
+    pub fn with_pyramid(mut self) -> Pairs<'a> {
+        let first = self.frame.paths.as_ref().map_or(0, |classes| classes.layers().len());
+        self.pyramid = Some(Pyramid::new(self.settings.depths[1] as usize, first));
+        self
+    }
+
     /// One sample of one pixel: what the pixel gets, and what others get.
-    pub(super) fn sample(
+    pub fn sample(
         &mut self,
         pixel: [u32; 2],
         index: u64,
@@ -114,55 +129,92 @@ impl<'a> Bidirectional<'a> {
         splats: &mut Vec<Splat>,
         stats: &mut PassStats,
     ) -> PixelRecord {
+        let (scene, frame) = (self.scene, self.frame);
+        let mut eye = frame.sampler.start(pixel, index);
+        let mut root = frame.sampler.start(pixel, index);
+        let u = eye.get_vertex();
+        let film = frame.film_sample(pixel, Vec2::new(u[0], u[1]));
+        let camera = scene.camera.sample_we(film.film, Vec2::new(u[2], u[3]), u[4]);
+        let lambda = Wavelengths::sample_for(scene.mode, u[5]);
+        let origin = Origin { camera, lambda, most: self.longest() };
+        let samplers = [&mut eye, &mut root.fork(LIGHT_BRANCH)];
+        let record = self.pair(&origin, samplers, features, splats, stats);
+        PixelRecord { weight: film.weight, ..record }
+    }
+
+    /// One pair of subpaths whose numbers come from these samplers, the eye's and the light's: what
+    /// the film gets at the camera ray's place, and what it gets elsewhere.
+    pub fn pair(
+        &mut self,
+        origin: &Origin,
+        samplers: [&mut Sampler; 2],
+        features: bool,
+        splats: &mut Vec<Splat>,
+        stats: &mut PassStats,
+    ) -> PixelRecord {
         let (mut light, mut eye) = (std::mem::take(&mut self.light), std::mem::take(&mut self.eye));
-        let record = self.pair(pixel, index, features, (&mut light, &mut eye), splats, stats);
+        let paths = (&mut light, &mut eye);
+        let record = self.join_all(origin, samplers, features, paths, splats, stats);
         (self.light, self.eye) = (light, eye);
         record
     }
 
+    /// Most vertices of the eye's and of the light's subpath that paths may need.
+    pub fn longest(&self) -> [usize; 2] {
+        let [_, most] = self.settings.depths;
+        [1, 0].map(|more| most.saturating_add(more) as usize)
+    }
+
+    /// For pairs whose camera rays lie anywhere in `area` pixels of the film instead: what each finds
+    /// counts one pixel.
+    pub fn over(mut self, area: f64) -> Pairs<'a> {
+        let [w, h] = self.frame.resolution;
+        self.splat_scale = (1.0 / area) as f32;
+        self.light_paths = area / (f64::from(w) * f64::from(h));
+        self
+    }
+
+    /// From now on makes paths of this strategy alone.
+    pub fn keep_to(&mut self, s: usize, t: usize) {
+        self.settings.strategy = Some((s, t));
+    }
+
     /// What the layers got of the last sample: those by path, then those of strategies.
-    pub(super) fn layers(&self) -> [&[[f32; 3]]; 2] {
+    pub fn layers(&self) -> [&[[f32; 3]]; 2] {
         let by_path = self.tracks.as_ref().map_or(&[][..], Tracks::found);
         [by_path, self.pyramid.as_ref().map_or(&[][..], Pyramid::found)]
     }
 
-    fn pair(
+    fn join_all(
         &mut self,
-        pixel: [u32; 2],
-        index: u64,
+        origin: &Origin,
+        [eye_sampler, light_sampler]: [&mut Sampler; 2],
         features: bool,
         (light, eye): (&mut Subpath<'a>, &mut Subpath<'a>),
         splats: &mut Vec<Splat>,
         stats: &mut PassStats,
     ) -> PixelRecord {
         let (scene, frame) = (self.scene, self.frame);
+        let Origin { camera, lambda, most } = *origin;
         // The eye's subpath.
-        let mut sampler = frame.sampler.start(pixel, index);
-        let mut root = frame.sampler.start(pixel, index);
-        let u = sampler.get_vertex();
-        let film = frame.film_sample(pixel, Vec2::new(u[0], u[1]));
-        let camera = scene.camera.sample_we(film.film, Vec2::new(u[2], u[3]), u[4]);
-        let lambda = Wavelengths::sample_for(scene.mode, u[5]);
         let camera_end = CameraEnd::new(scene, &camera.ray);
         let start = camera_end.start(scene, &camera, lambda);
-        let most = |more: u32| self.max_depth.saturating_add(more) as usize;
         let walker = Walker {
             scene,
-            roulette: self.params.roulette(),
+            roulette: self.settings.roulette,
             mode: Mode::Radiance,
             until_smooth: false,
             lobes: Lobes::ALL,
         };
-        let escape = walker.walk(&start, most(1), &mut sampler, eye, stats);
+        let escape = walker.walk(&start, most[0], eye_sampler, eye, stats);
 
         // The light's.
-        let mut sampler = root.fork(LIGHT_BRANCH);
         let time = camera.ray.time;
-        let emitted = LightEnd::emit(scene, self.emission, &lambda, time, &mut sampler);
+        let emitted = LightEnd::emit(scene, self.emission, &lambda, time, light_sampler);
         light.clear();
         if let Some((_, start)) = &emitted {
             let walker = Walker { mode: Mode::Importance, ..walker };
-            walker.walk(start, most(0), &mut sampler, light, stats);
+            walker.walk(start, most[1], light_sampler, light, stats);
         }
 
         if let Some(tracks) = &mut self.tracks {
@@ -241,15 +293,14 @@ impl<'a> Bidirectional<'a> {
             }
         }
         let rgb = frame.clamp(rgb);
-        PixelRecord { rgb, weight: film.weight, ..record }
+        PixelRecord { rgb, ..record }
     }
 
     /// True if the strategy with `s` vertices from the light and `t` from the eye is wanted.
     fn wanted(&self, s: usize, t: usize) -> bool {
         let depth = (s + t - 2) as u32;
-        depth <= self.max_depth
-            && self.only_depth.is_none_or(|d| d == depth)
-            && self.params.strategy.is_none_or(|only| only == (s, t))
+        let [fewest, most] = self.settings.depths;
+        (fewest..=most).contains(&depth) && self.settings.strategy.is_none_or(|only| only == (s, t))
     }
 
     /// w of (2): the eye's subpath, which met `eye`, found a light.
@@ -261,7 +312,7 @@ impl<'a> Bidirectional<'a> {
         le: Spectrum,
     ) -> Option<f32> {
         let t = eye.len() + 2;
-        if le.is_black() || !self.wanted(0, t) || (t == 2 && self.params.hide_emitters) {
+        if le.is_black() || !self.wanted(0, t) || (t == 2 && self.settings.hide_emitters) {
             return None;
         }
         let Some(last) = eye.last() else { return Some(1.0) };
@@ -450,7 +501,7 @@ impl<'a> Bidirectional<'a> {
         camera: &CameraEnd,
         join: &Join,
     ) -> f32 {
-        if !self.params.weighted {
+        if !self.settings.weighted {
             return 1.0;
         }
         let (scene, lights) = (self.scene, self.lights);
@@ -508,6 +559,6 @@ impl<'a> Bidirectional<'a> {
             seen: camera.seen,
             light_paths: self.light_paths,
         };
-        strategy_weight(&self.links, &joint, s, self.params.mis, &mut self.densities)
+        strategy_weight(&self.links, &joint, s, self.settings.mis, &mut self.densities)
     }
 }

@@ -5,7 +5,7 @@ pub const DEEPEST: usize = 10;
 
 /// The layers of a pyramid.
 #[derive(Clone, Debug)]
-pub(super) struct Pyramid {
+pub struct Pyramid {
     bounces: usize,
     /// Number of its first layer among those by path.
     first: usize,
@@ -15,12 +15,12 @@ pub(super) struct Pyramid {
 
 impl Pyramid {
     /// Of paths of up to so many bounces, after `first` other layers.
-    pub(super) fn new(bounces: usize, first: usize) -> Pyramid {
+    pub fn new(bounces: usize, first: usize) -> Pyramid {
         Pyramid { bounces, first, found: vec![[0.0; 3]; 2 * strategies(bounces)] }
     }
 
     /// Names of its layers: `weighted.sStT`, then `unweighted.sStT`, by length of path, then s.
-    pub(super) fn names(bounces: usize) -> Vec<String> {
+    pub fn names(bounces: usize) -> Vec<String> {
         let name = |kind| {
             (0..=bounces).flat_map(move |depth| {
                 (0..depth + 3).map(move |s| format!("{kind}.s{s}t{}", depth + 2 - s))
@@ -37,17 +37,17 @@ impl Pyramid {
     }
 
     /// The same, numbered among the picture's layers by path.
-    pub(super) fn numbers(&self, s: usize, t: usize) -> Option<[usize; 2]> {
+    pub fn numbers(&self, s: usize, t: usize) -> Option<[usize; 2]> {
         self.layers(s, t).map(|layers| layers.map(|l| l + self.first))
     }
 
     /// Begins a sample.
-    pub(super) fn clear(&mut self) {
+    pub fn clear(&mut self) {
         self.found.fill([0.0; 3]);
     }
 
     /// Adds what a strategy found, weighted and not.
-    pub(super) fn add(&mut self, s: usize, t: usize, rgb: [[f32; 3]; 2]) {
+    pub fn add(&mut self, s: usize, t: usize, rgb: [[f32; 3]; 2]) {
         let Some(layers) = self.layers(s, t) else { return };
         for (layer, rgb) in layers.into_iter().zip(rgb) {
             self.found[layer].iter_mut().zip(rgb).for_each(|(sum, v)| *sum += v);
@@ -55,7 +55,7 @@ impl Pyramid {
     }
 
     /// What the layers got since [`Pyramid::clear`].
-    pub(super) fn found(&self) -> &[[f32; 3]] {
+    pub fn found(&self) -> &[[f32; 3]] {
         &self.found
     }
 }

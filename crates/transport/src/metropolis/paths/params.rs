@@ -1,0 +1,180 @@
+//! Parameters of Metropolis light transport in path space.
+
+use super::bidirectional::Lengths;
+use crate::metropolis::Startup;
+use crate::metropolis::primary::Direct;
+use crate::registry::Parameter;
+use crate::roulette::{Roulette, Survival};
+use crate::strategies::Settings;
+use kaustika_sampling::Heuristic;
+use serde::Deserialize;
+
+/// A kind of mutation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mutation {
+    /// A part is deleted and grown anew.
+    Bidirectional,
+    /// The eye's end moves on the film.
+    Lens,
+    /// The light's end moves.
+    Caustic,
+    /// The eye's end moves, and at each D before an S the direction.
+    MultiChain,
+}
+
+impl Mutation {
+    /// All of them.
+    pub const ALL: [Mutation; 4] =
+        [Mutation::Bidirectional, Mutation::Lens, Mutation::Caustic, Mutation::MultiChain];
+
+    /// As parameters name it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Mutation::Bidirectional => "bidirectional",
+            Mutation::Lens => "lens",
+            Mutation::Caustic => "caustic",
+            Mutation::MultiChain => "multichain",
+        }
+    }
+}
+
+/// Bounces of the longest paths: longer ones carry next to nothing.
+const LONGEST: u32 = 64;
+
+/// Everything that can be set with `-p KEY=VALUE`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PathParams {
+    /// Longest path, counted as pbrt does; -1 no limit (64).
+    #[serde(deserialize_with = "crate::registry::bounces")]
+    pub max_depth: i64,
+    /// Only paths of exactly this many bounces; -1 all.
+    #[serde(deserialize_with = "crate::registry::bounces")]
+    pub only_depth: i64,
+    /// Lights are not seen directly.
+    pub hide_emitters: bool,
+    /// Where light of one bounce comes from; what is seen directly is always separate.
+    pub direct: Direct,
+    /// Chains, at most one a pixel.
+    #[serde(deserialize_with = "crate::registry::count")]
+    pub chains: u32,
+    /// Candidates for their starts.
+    #[serde(deserialize_with = "crate::registry::count")]
+    pub bootstrap: u32,
+    /// How chains start.
+    pub startup: Startup,
+    /// Steps of each chain that are left out with `startup=discard`.
+    pub discard: u32,
+    /// The kinds of mutations, equally likely.
+    #[serde(deserialize_with = "mutations")]
+    pub mutations: Vec<Mutation>,
+}
+
+impl Default for PathParams {
+    fn default() -> Self {
+        PathParams {
+            max_depth: -1,
+            only_depth: -1,
+            hide_emitters: false,
+            direct: Direct::Separate,
+            chains: 512,
+            bootstrap: 1 << 16,
+            startup: Startup::Resample,
+            discard: 0,
+            mutations: Mutation::ALL.to_vec(),
+        }
+    }
+}
+
+impl PathParams {
+    fn depths(&self) -> [u32; 2] {
+        let only = u32::try_from(self.only_depth).ok();
+        let most = u32::try_from(self.max_depth).unwrap_or(LONGEST).min(LONGEST);
+        [only.unwrap_or(0), only.map_or(most, |only| only.min(most))]
+    }
+
+    /// Bounces of the longest path.
+    pub fn max_bounces(&self) -> u32 {
+        self.depths()[1]
+    }
+
+    /// Inner vertices of the chains' paths; none if there are no such paths.
+    pub(super) fn lengths(&self) -> Option<Lengths> {
+        let [fewest, most] = self.depths().map(|d| d as usize);
+        let fewest = fewest.max(if self.direct == Direct::Separate { 2 } else { 1 });
+        (fewest <= most).then_some(Lengths { fewest, most })
+    }
+
+    /// What chains leave to bidirectional path tracing.
+    pub fn settings_of_direct(&self) -> Option<Settings> {
+        let [fewest, most] = self.depths();
+        let most = most.min(if self.direct == Direct::Separate { 1 } else { 0 });
+        (fewest <= most).then(|| Settings {
+            depths: [fewest, most],
+            roulette: Roulette { survival: Survival::None, rr_depth: 1, threshold: 1.0 },
+            mis: Heuristic::default(),
+            strategy: None,
+            weighted: true,
+            hide_emitters: self.hide_emitters,
+        })
+    }
+}
+
+/// Names with + between them, or `all`.
+fn mutations<'de, D: serde::Deserializer<'de>>(d: D) -> Result<Vec<Mutation>, D::Error> {
+    let text = String::deserialize(d)?;
+    if text == "all" {
+        return Ok(Mutation::ALL.to_vec());
+    }
+    let one = |name: &str| {
+        let found = Mutation::ALL.into_iter().find(|m| m.name() == name);
+        found.ok_or_else(|| {
+            let known = Mutation::ALL.map(Mutation::name).join(", ");
+            serde::de::Error::custom(format!(
+                "`{name}` is no mutation; known: {known}, with + between them, or all"
+            ))
+        })
+    };
+    text.split('+').map(|name| one(name.trim())).collect()
+}
+
+/// The parameters with their defaults and meanings.
+pub fn parameters() -> Vec<Parameter> {
+    let d = PathParams::default();
+    let p = |key, default: String, help| Parameter { key, default, help };
+    vec![
+        p(
+            "max_depth",
+            d.max_depth.to_string(),
+            "longest path as pbrt counts (0 emission, 1 direct light; -1 no limit: 64); a scene file's own value comes first",
+        ),
+        p(
+            "only_depth",
+            d.only_depth.to_string(),
+            "only paths of exactly this many bounces; -1 all",
+        ),
+        p("hide_emitters", d.hide_emitters.to_string(), "lights are not seen directly"),
+        p(
+            "direct",
+            "separate".into(),
+            "light of one bounce: separate (a sample of bdpt for each pixel and pass), together (by the chains)",
+        ),
+        p(
+            "mutations",
+            "all".into(),
+            "kinds of mutations: bidirectional, lens, caustic, multichain, with + between them, or all; without bidirectional parts may be left out",
+        ),
+        p("chains", d.chains.to_string(), "Markov chains, at most one a pixel"),
+        p(
+            "bootstrap",
+            d.bootstrap.to_string(),
+            "paths that tell the picture's brightness and where chains start",
+        ),
+        p(
+            "startup",
+            "resample".into(),
+            "resample (no start-up bias), discard (biased: starts anywhere, leaves out first steps)",
+        ),
+        p("discard", d.discard.to_string(), "steps left out with startup=discard"),
+    ]
+}

@@ -1,0 +1,105 @@
+//! A chain through path space.
+
+use super::bidirectional::{self, Lengths};
+use super::kept::Kept;
+use super::mutation::Proposal;
+use super::params::Mutation;
+use super::path::Path;
+use super::perturbation::{EyeSide, move_caustic, move_eye};
+use super::tracer::Tracer;
+use crate::metropolis::film::stream;
+use crate::metropolis::tally::Tally;
+use crate::metropolis::{Chain, Draws, Recording, acceptance};
+use crate::path_space::Splat;
+use crate::saved::saved;
+
+/// A chain between passes.
+#[derive(Clone, Debug)]
+pub(super) struct Walk {
+    path: Kept,
+    draws: Draws,
+    /// Steps since it moved last.
+    still: u64,
+}
+saved!(Walk { path, draws, still });
+
+/// The candidate of this number for a start, and its weight.
+pub(super) fn candidate<'a>(
+    tracer: &mut Tracer<'a>,
+    lengths: Lengths,
+    seed: u64,
+    number: u64,
+) -> Option<(Path<'a>, f64)> {
+    bidirectional::whole(tracer, lengths, &mut stream(seed, 0x7061_7468, number))
+}
+
+/// A mutation of a kind.
+pub(super) fn propose<'a>(
+    tracer: &mut Tracer<'a>,
+    x: &Path<'a>,
+    kind: Mutation,
+    lengths: Lengths,
+    draws: &mut Draws,
+) -> Option<Proposal<'a>> {
+    match kind {
+        Mutation::Bidirectional => bidirectional::propose(tracer, x, lengths, draws),
+        Mutation::Lens => move_eye(tracer, x, EyeSide::Lens, draws),
+        Mutation::MultiChain => move_eye(tracer, x, EyeSide::MultiChain, draws),
+        Mutation::Caustic => move_caustic(tracer, x, draws),
+    }
+}
+
+/// What a path leaves on the film.
+fn leave(x: &Path, weight: f64, out: &mut Vec<Splat>) {
+    let k = weight / x.f;
+    let rgb = x.rgb.map(|v| (k * f64::from(v)) as f32);
+    out.push(Splat { film: x.sensed.film, layer: None, rgb });
+}
+
+impl Walk {
+    /// Chain number `chain`, which starts at a path.
+    pub(super) fn new(path: &Path, seed: u64, chain: u64) -> Walk {
+        Walk { path: Kept::new(path), draws: stream(seed, 0x6d6c_7477, chain), still: 0 }
+    }
+
+    /// Makes some steps, each a mutation of one of these kinds, which are equally likely.
+    pub(super) fn advance(
+        &mut self,
+        tracer: &mut Tracer,
+        count: u64,
+        (kinds, lengths): (&[Mutation], Lengths),
+        unit: f64,
+        out: &mut Vec<Splat>,
+    ) -> Tally {
+        let mut tally = Tally::new(Mutation::ALL.len());
+        tally.still = [self.still; 2];
+        tracer.stats = Default::default();
+        // A path that was found can be found again, but for rounding.
+        let Some(path) = self.path.path(tracer) else { return tally };
+        let mut record = |x: &Path, weight: f64| leave(x, weight * unit, out);
+        let mut chain = Chain::new(path, Recording::Expected);
+        for _ in 0..count {
+            let kind = kinds[self.draws.below(kinds.len())];
+            let proposal = propose(tracer, chain.state(), kind, lengths, &mut self.draws);
+            let u = self.draws.f64();
+            let a = proposal.as_ref().and_then(|p| acceptance(p.there, p.back));
+            tally.bad += u64::from(proposal.is_some() && a.is_none());
+            tally.proposed(kind as usize, a.filter(|&a| a > 0.0));
+            let moved = match (proposal, a) {
+                (Some(mut proposal), Some(a)) if a > 0.0 => {
+                    chain.step(&mut proposal.path, a, u, &mut record)
+                }
+                _ => {
+                    chain.stay();
+                    false
+                }
+            };
+            tally.moved(moved);
+        }
+        chain.record(&mut record);
+        self.path = Kept::new(chain.state());
+        self.still = tally.still[0];
+        tally.stats = tracer.stats;
+        tally
+    }
+}
