@@ -2,7 +2,7 @@
 
 use crate::bidirectional::{self, Bdpt, Vcm};
 use crate::method::{Method, MethodInfo};
-use crate::particle::photon_map::{self, PhotonMapper};
+use crate::particle::photon_map;
 use crate::particle::{self, Vpl};
 use crate::path;
 use crate::path::guided::{self, Guided};
@@ -66,7 +66,7 @@ pub static ALL: &[Entry] = &[
     Entry {
         info: &photon_map::INFO,
         parameters: photon_map::parameters,
-        make: |p| Ok(Box::new(PhotonMapper::new(parse(p)?))),
+        make: |p| photon_map::make(parse(p)?),
     },
     Entry {
         info: &particle::VPL_INFO,
