@@ -4,7 +4,7 @@ use crate::bidirectional::{self, Bdpt, Vcm};
 use crate::method::{Method, MethodInfo};
 use crate::metropolis::paths::{self, Mlt};
 use crate::metropolis::primary::{self, PrimarySpace};
-use crate::particle::photon_map::{self, PhotonMapper};
+use crate::particle::photon_map;
 use crate::particle::{self, Vpl};
 use crate::path;
 use crate::path::guided::{self, Guided};
@@ -70,7 +70,7 @@ pub static ALL: &[Entry] = &[
     Entry {
         info: &photon_map::INFO,
         parameters: photon_map::parameters,
-        make: |p| Ok(Box::new(PhotonMapper::new(parse(p)?))),
+        make: |p| photon_map::make(parse(p)?),
     },
     Entry {
         info: &particle::VPL_INFO,

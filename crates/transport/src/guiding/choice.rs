@@ -96,13 +96,22 @@ pub struct DirectionSample {
 #[derive(Debug)]
 pub struct MixedBsdf<'b, 's, L> {
     bsdf: &'b Bsdf<'s>,
+    lobes: Lobes,
     guide: Option<&'b Guide<L>>,
 }
 
 impl<'b, 's, L: LocalDirections> MixedBsdf<'b, 's, L> {
     /// Of these two.
     pub fn new(bsdf: &'b Bsdf<'s>, guide: Option<&'b Guide<L>>) -> Self {
-        MixedBsdf { bsdf, guide: guide.filter(|_| bsdf.lobes().has(Lobes::SMOOTH)) }
+        let guide = guide.filter(|_| bsdf.lobes().has(Lobes::SMOOTH));
+        MixedBsdf { bsdf, lobes: Lobes::ALL, guide }
+    }
+
+    /// Only some of the lobes.
+    #[must_use]
+    pub fn of(self, lobes: Lobes) -> Self {
+        let guide = self.guide.filter(|_| (self.bsdf.lobes() & lobes).has(Lobes::SMOOTH));
+        MixedBsdf { lobes, guide, ..self }
     }
 
     /// (1), given p_bsdf.
@@ -117,12 +126,12 @@ impl<'b, 's, L: LocalDirections> MixedBsdf<'b, 's, L> {
     /// Draws a direction with `uc` (choices) and `u2`, uniform in [0,1).
     pub fn sample(&self, wo: Vec3, uc: f32, u2: Vec2, mode: Mode) -> Option<DirectionSample> {
         let Some(g) = self.guide else {
-            let bsdf = self.bsdf.sample(wo, uc, u2, mode, Lobes::ALL)?;
+            let bsdf = self.bsdf.sample(wo, uc, u2, mode, self.lobes)?;
             return Some(DirectionSample { bsdf, pdf_bsdf: bsdf.pdf });
         };
         if uc < g.alpha {
             let uc = (uc / g.alpha).min(ONE_MINUS_EPSILON);
-            let s = self.bsdf.sample(wo, uc, u2, mode, Lobes::ALL)?;
+            let s = self.bsdf.sample(wo, uc, u2, mode, self.lobes)?;
             let pdf = match s.lobe.has(Lobes::DELTA) || s.lobe.has(Lobes::NULL) {
                 // The guide never draws it.
                 true => g.alpha * s.pdf,
@@ -132,7 +141,7 @@ impl<'b, 's, L: LocalDirections> MixedBsdf<'b, 's, L> {
             return Some(DirectionSample { bsdf, pdf_bsdf: s.pdf });
         }
         let (wi, pdf_guide) = g.directions.sample(u2);
-        let (f, (pdf_bsdf, pdf_rev)) = self.bsdf.eval_pdf(wo, wi, mode, Lobes::ALL);
+        let (f, (pdf_bsdf, pdf_rev)) = self.bsdf.eval_pdf(wo, wi, mode, self.lobes);
         let pdf = g.alpha * pdf_bsdf + (1.0 - g.alpha) * pdf_guide;
         if f.is_black() || pdf <= 0.0 {
             return None;

@@ -3,6 +3,7 @@
 mod guided_light;
 mod light_params;
 mod light_tracing;
+mod light_trees;
 pub mod photon_map;
 mod virtual_lights;
 

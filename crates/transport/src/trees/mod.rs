@@ -22,7 +22,7 @@ use kaustika_spectra::{ColorMode, Spectrum, Wavelengths};
 /// The parent of a tree's first node.
 pub const ROOT: u32 = u32::MAX;
 /// Cost of a ray to the next surface.
-const RAY: f32 = 1.0;
+pub const RAY: f32 = 1.0;
 /// Cost of a shadow ray.
 const SHADOW: f32 = 0.5;
 

@@ -133,7 +133,7 @@ fn paths_that_lose_wavelengths_keep_their_light() {
 
 /// A lit room that is seen through its open side, and behind its wall another one with a lamp four
 /// times as bright, into which nobody looks.
-fn two_rooms() -> Scene {
+pub(crate) fn two_rooms() -> Scene {
     let mut stage = crate::bidirectional::room();
     let lamp = |s: &mut Stage, y: f32, radiance: f32| {
         let t = at(0.2, y, 1.7) * down() * scale(0.3, 0.2, 1.0);

@@ -16,6 +16,7 @@ mod fields;
 mod furnace;
 mod guided;
 mod guided_light;
+mod guided_photons;
 mod hair;
 mod irradiance;
 mod layers;

@@ -15,15 +15,14 @@
 //! 1, 2, 4, 8, ...; while one runs, what earlier ones learned is frozen. The first learns I_px alone.
 //! Every pass is an unbiased picture whatever was learned before it.
 
-mod emission;
-mod trace;
+mod lens;
 
-use self::emission::{Emission, EmissionRecord, mislead};
-use self::trace::{Forest, Grower, Harvest, groups};
+use self::lens::{Lens, View, Waiting};
 use super::LightParams;
+use super::light_trees::{EmissionRecord, Forest, Grower, Importance, PATHS, mislead};
 use crate::features::first_seen;
 use crate::frame::Frame;
-use crate::guiding::{AnyField, FieldKind, Pixels};
+use crate::guiding::Pixels;
 use crate::method::{
     Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule,
 };
@@ -36,6 +35,7 @@ use crate::workers::Workers;
 use kaustika_film::accumulate::{PassImage, PixelRecord};
 use kaustika_math::Vec3;
 use kaustika_scene::{LightSelection, Scene};
+use kaustika_spectra::Wavelengths;
 use std::io::{self, Read, Write};
 
 /// What guided light tracing is.
@@ -59,22 +59,28 @@ const MOST_RECORDS: f64 = 250.0;
 /// Weight of a pass at most, over the first's.
 const MOST_WEIGHT: f32 = 1e3;
 
+/// What a thread works with.
+type Room<'a> = (Forest<'a>, Waiting);
+
+/// What a band of paths gives besides its splats.
+#[derive(Default)]
+struct Harvest {
+    stats: PassStats,
+    records: Records,
+    emitted: Vec<EmissionRecord>,
+}
+
 /// The method.
 #[derive(Debug)]
 pub struct GuidedLight {
     params: LightParams,
     /// Lights by power.
     table: LightSelection,
-    emission: Emission,
-    field: AnyField,
+    importance: Importance,
     pixels: Pixels,
     totals: Option<Totals>,
     /// Rays of this iteration, as costs.
     cost: f64,
-    /// Contributions of this iteration's paths, and of how many passes.
-    contributions: (f64, u32),
-    /// I.
-    measurement: f32,
     /// Weight of a pass, from the variance of those before.
     weight: f32,
     /// See [`GuidedLight::misled`].
@@ -84,17 +90,14 @@ pub struct GuidedLight {
 impl GuidedLight {
     /// With these parameters.
     pub fn new(params: LightParams) -> GuidedLight {
-        let field = if params.guiding { FieldKind::default() } else { FieldKind::None };
+        let importance = Importance::new(params.guiding);
         GuidedLight {
             params,
             table: LightSelection::default(),
-            emission: Emission::default(),
-            field: AnyField::new(field),
+            importance,
             pixels: Pixels::new(0, 0),
             totals: None,
             cost: 0.0,
-            contributions: (0.0, 0),
-            measurement: 1.0,
             weight: 1.0,
             misled: false,
         }
@@ -134,12 +137,12 @@ impl GuidedLight {
     ) -> Result<Harvest, RenderError> {
         let [width, height] = frame.size();
         let rule = self.params.roulette;
+        let measurement = self.importance.measurement;
         let grower = Grower {
             scene,
-            frame,
-            table: &self.table,
-            emission: &self.emission,
-            field: &self.field,
+            unguided: &self.table,
+            emission: &self.importance.emission,
+            field: &self.importance.field,
             splitting: Splitting {
                 rule,
                 splits: self.params.splitting,
@@ -149,35 +152,49 @@ impl GuidedLight {
             roulette: self.params.roulette(),
             measurement: match rule {
                 // Go with the winners asks for nothing; variances are of pixels over I_px, too.
-                Rule::Efficiency => self.measurement / self.pixels.lit(),
-                _ => self.measurement,
+                Rule::Efficiency => measurement / self.pixels.lit(),
+                _ => measurement,
             },
-            pixels: self.pixels.measurements(),
             max_depth: self.params.max_bounces(),
+        };
+        let view = View {
+            scene,
+            frame,
+            pixels: self.pixels.measurements(),
             only_depth: self.params.only_bounces(),
             scale: 1.0 / (width as f32 * height as f32),
         };
         let rows = CHUNK.div_ceil(out.width()).max(1);
         let region = frame.region;
-        let bands =
-            splat_bands(workers, frame, out, rows, Forest::default, |forest, band, splats| {
-                let mut harvest = Harvest::default();
-                let (width, pixels) = (band.width(), band.width() * band.height());
-                let at = |i: u32| [i % width, i / width];
-                let first = band.y;
-                let pixel = |i: u32| [region[0] + at(i)[0], region[1] + first + at(i)[1]];
-                for group in groups(pixels) {
-                    forest.trace(&grower, index, group.map(pixel), learns, splats, &mut harvest);
+        let bands = splat_bands(workers, frame, out, rows, Room::default, |room, band, splats| {
+            let mut harvest = Harvest::default();
+            let (width, pixels) = (band.width(), band.width() * band.height());
+            let at = |i: u32| [i % width, i / width];
+            let first = band.y;
+            let pixel = |i: u32| [region[0] + at(i)[0], region[1] + first + at(i)[1]];
+            for first in (0..pixels).step_by(PATHS as usize) {
+                let beginnings = (first..pixels.min(first + PATHS)).map(|i| {
+                    let mut sampler = frame.sampler.start(pixel(i), index);
+                    let u = sampler.get_2d();
+                    (sampler, Wavelengths::sample_for(scene.mode, u.x), u.y)
+                });
+                let (forest, waiting) = room;
+                let mut lens = Lens { view, waiting, splats };
+                forest.trace(&grower, beginnings, &mut lens, &mut harvest.stats);
+                if learns {
+                    let Harvest { records, emitted, .. } = &mut harvest;
+                    forest.grove.harvest(scene.mode, records, emitted);
                 }
-                for i in 0..pixels {
-                    let record = match band.wants_features() {
-                        true => first_seen(scene, frame, pixel(i), index),
-                        false => PixelRecord::default(),
-                    };
-                    band.add(at(i)[0], at(i)[1], &PixelRecord { weight: 1.0, ..record });
-                }
-                harvest
-            })?;
+            }
+            for i in 0..pixels {
+                let record = match band.wants_features() {
+                    true => first_seen(scene, frame, pixel(i), index),
+                    false => PixelRecord::default(),
+                };
+                band.add(at(i)[0], at(i)[1], &PixelRecord { weight: 1.0, ..record });
+            }
+            harvest
+        })?;
         let mut whole = Harvest::default();
         for band in bands {
             whole.stats += band.stats;
@@ -199,30 +216,19 @@ impl GuidedLight {
     ) {
         let passes = 1u64 << (index + 1).ilog2();
         let ends = (index + 2).is_power_of_two() || index + 1 == self.params.training;
+        let paths = values.len() as f64;
         if index > 0 {
             let most = ends.then(|| MOST_RECORDS * (passes as f64).sqrt());
-            self.field.learn(&records.light, &records.reflected, most);
-            if self.params.guiding {
-                self.emission.learn(emitted);
-            }
-            let sum: f64 = emitted.iter().map(|r| f64::from(r.contribution)).sum();
-            self.contributions.0 += if sum.is_finite() { sum } else { 0.0 };
-            self.contributions.1 += 1;
+            self.importance.learn(paths, records, emitted, most);
         }
         self.pixels.learn(values);
         self.cost += stats.closest_rays as f64 + 0.5 * stats.shadow_rays as f64;
         if !ends {
             return;
         }
-        let paths = values.len() as f64;
         let cost = (self.cost / ((index + 2 - passes) as f64 * paths)) as f32;
         self.cost = 0.0;
-        if let (sum, of @ 1..) = std::mem::take(&mut self.contributions) {
-            self.measurement = (sum / (f64::from(of) * paths)) as f32;
-            if self.params.guiding {
-                self.emission.refine();
-            }
-        }
+        self.importance.refine();
         if let Some(variance) = self.pixels.end() {
             self.totals = Some(Totals { variance, cost });
             let plain = self.pixels.plain();
@@ -241,7 +247,7 @@ impl Method for GuidedLight {
         let [width, height] = frame.size().map(|n| n as usize);
         self.pixels = Pixels::new(width, height);
         self.table = emission_table(scene);
-        self.emission = Emission::new(scene.lights.len());
+        self.importance.begin(scene.lights.len());
         Ok(())
     }
 
@@ -272,25 +278,17 @@ impl Method for GuidedLight {
     }
 
     fn save(&self, out: &mut dyn Write) -> io::Result<()> {
-        self.emission.save(out)?;
-        self.field.save(out)?;
+        self.importance.save(out)?;
         self.pixels.save(out)?;
         self.totals.save(out)?;
-        (self.cost, self.contributions).save(out)?;
-        (self.measurement, self.weight).save(out)
+        (self.cost, self.weight).save(out)
     }
 
     fn load(&mut self, from: &mut dyn Read) -> io::Result<()> {
-        let lights = self.emission.count();
-        self.emission = Saved::load(from)?;
-        if self.emission.count() != lights {
-            return Err(io::ErrorKind::InvalidData.into());
-        }
-        self.field = Saved::load(from)?;
+        self.importance.load(from)?;
         self.pixels = Saved::load(from)?;
         self.totals = Saved::load(from)?;
-        (self.cost, self.contributions) = Saved::load(from)?;
-        (self.measurement, self.weight) = Saved::load(from)?;
+        (self.cost, self.weight) = Saved::load(from)?;
         Ok(())
     }
 }

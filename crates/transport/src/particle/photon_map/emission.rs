@@ -12,6 +12,7 @@
 
 use super::lobes::parts;
 use crate::method::PassStats;
+use crate::particle::light_trees::{Start, Unguided};
 use crate::path_space::emission_table;
 use kaustika_math::{Ray, Vec2, Vec3};
 use kaustika_sampling::distribution::Discrete;
@@ -36,6 +37,8 @@ const MAX_PASSAGES: u32 = 1000;
 #[derive(Debug, Default)]
 pub(super) struct Emission {
     lights: Option<Discrete>,
+    /// Which of a light's numbers its cells are over: 0 those of the place, 1 those of the direction.
+    aimed: Vec<usize>,
     /// A light's cells, if some are preferred.
     maps: Vec<Option<Box<Cells>>>,
 }
@@ -94,7 +97,8 @@ impl Emission {
     /// By power, in all directions.
     pub(super) fn new(scene: &Scene) -> Emission {
         let maps = scene.lights.iter().map(|_| None).collect();
-        Emission { lights: by_power(scene, |_| 1.0), maps }
+        let aimed = scene.lights.iter().map(|l| usize::from(!l.is_infinite())).collect();
+        Emission { lights: by_power(scene, |_| 1.0), aimed, maps }
     }
 
     /// By power, preferring what shines on surfaces that are glossier than `matte`.
@@ -130,7 +134,7 @@ impl Emission {
             None if useful && tried[i] >= enough => ANYWHERE,
             None => 1.0,
         };
-        Emission { lights: by_power(scene, share), maps }
+        Emission { lights: by_power(scene, share), maps, ..everywhere }
     }
 
     /// A light, its number, the point of the square that its map is over, and its ray.
@@ -140,19 +144,12 @@ impl Emission {
         lambda: &Wavelengths,
         sampler: &mut Sampler,
     ) -> Option<(usize, Vec2, Emitted)> {
-        let u = sampler.get_vertex();
-        let choice = self.lights.as_ref()?.sample(u[4]);
-        let light = &scene.lights[choice.index];
-        let (mut place, mut direction) = (Vec2::new(u[0], u[1]), Vec2::new(u[2], u[3]));
-        let aimed = if light.is_infinite() { &mut place } else { &mut direction };
-        let mut density = 1.0;
-        if let Some(cells) = &self.maps[choice.index] {
-            (*aimed, density) = cells.aim(*aimed);
-        }
-        let at = *aimed;
-        let e = light.sample_le(scene, place, direction, lambda)?;
-        let power = e.le * (e.cos / (choice.pmf * density * e.pdf_a * e.pdf_w)); // (1)
-        (!power.is_black()).then_some((choice.index, at, Emitted { ray: e.ray, power }))
+        let Start { light: id, numbers, p } = self.draw(&sampler.get_vertex())?;
+        let (i, light) = (id.0 as usize, scene.light(id));
+        let e = light.sample_le(scene, numbers[0], numbers[1], lambda)?;
+        let power = e.le * (e.cos / (p * e.pdf_a * e.pdf_w)); // (1)
+        let emitted = Emitted { ray: e.ray, power };
+        (!emitted.power.is_black()).then(|| (i, numbers[self.aimed[i]], emitted))
     }
 
     /// A photon.
@@ -163,6 +160,32 @@ impl Emission {
         sampler: &mut Sampler,
     ) -> Option<Emitted> {
         self.choose(scene, lambda, sampler).map(|(.., emitted)| emitted)
+    }
+}
+
+/// As photons leave that know nothing of what will be seen.
+impl Unguided for Emission {
+    fn draw(&self, u: &[f32; 8]) -> Option<Start> {
+        let choice = self.lights.as_ref()?.sample(u[4]);
+        let mut numbers = [Vec2::new(u[0], u[1]), Vec2::new(u[2], u[3])];
+        let mut p = choice.pmf;
+        if let Some(cells) = &self.maps[choice.index] {
+            let aimed = &mut numbers[self.aimed[choice.index]];
+            let (at, density) = cells.aim(*aimed);
+            *aimed = at;
+            p *= density;
+        }
+        Some(Start { light: LightId(choice.index as u32), numbers, p })
+    }
+
+    fn density(&self, light: LightId, numbers: [Vec2; 2]) -> f32 {
+        let of_light = |lights: &Discrete| lights.pmf(light.0 as usize);
+        let p = self.lights.as_ref().map_or(0.0, of_light);
+        let i = light.0 as usize;
+        match &self.maps[i] {
+            Some(cells) => p * cells.density(cell_of(numbers[self.aimed[i]])),
+            None => p,
+        }
     }
 }
 

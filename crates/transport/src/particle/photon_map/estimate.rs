@@ -73,6 +73,8 @@ pub(super) struct Place<'s, 'a> {
     /// The part of the scattering that is asked for.
     pub(super) lobes: Lobes,
     pub(super) lambda: &'s Wavelengths,
+    /// What radiance from here is worth to the picture, for those who learn; else nothing.
+    pub(super) worth: Spectrum,
 }
 
 /// An estimate and how far it reached.
@@ -101,9 +103,10 @@ impl Reading {
             r2 = self.checked(map, r2, found);
         }
         r2 *= self.shrink * self.shrink;
-        let radius = r2.sqrt();
+        let (radius, area) = (r2.sqrt(), PI * r2);
         let (n, thickness) = (at.surface.facing(at.wo), FLAT * radius);
         let matte = at.lambert();
+        let credits = map.credits().filter(|_| !at.worth.is_black());
         let mut radiance = Spectrum::ZERO;
         for (i, d2) in found.iter() {
             let photon = map.photon(i);
@@ -125,9 +128,12 @@ impl Reading {
                 hero.terminate_secondary();
                 power = read_at(power, &hero, at.lambda);
             }
-            radiance += f * power * self.filter.weight(d2 / r2);
+            let part = f * power * self.filter.weight(d2 / r2);
+            if let Some(credits) = credits {
+                credits.add(i, sum(part * at.worth) / area);
+            }
+            radiance += part;
         }
-        let area = PI * r2;
         Estimate { radiance: if area > 0.0 { radiance / area } else { Spectrum::ZERO }, radius }
     }
 

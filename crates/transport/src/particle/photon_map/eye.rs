@@ -15,17 +15,20 @@ use super::lobes::parts;
 use super::params::PhotonMapParams;
 use crate::features::describe;
 use crate::frame::Frame;
-use crate::method::PassStats;
+use crate::method::{PassStats, RenderError};
 use crate::nearest::Nearest;
 use crate::roulette::{Roulette, WalkState};
-use kaustika_film::accumulate::PixelRecord;
+use crate::workers::Workers;
+use kaustika_film::accumulate::{PassImage, PixelRecord};
 use kaustika_math::{Ray, Vec2, Vec3};
 use kaustika_sampling::MisHeuristic;
 use kaustika_sampling::sampler::VERTEX_NUMBERS;
 use kaustika_scene::bsdf::{Bsdf, Lobes, Mode};
 use kaustika_scene::{Escaped, LightId, LightSelection, Scene, Surface};
-use kaustika_spectra::{Spectrum, Wavelengths};
+use kaustika_spectra::{ColorMode, Spectrum, Wavelengths};
 
+/// Samples of a chunk.
+const CHUNK: u32 = 1024;
 /// Passages through interfaces before a path is given up.
 const MAX_PASSAGES: u32 = 1000;
 
@@ -45,6 +48,8 @@ pub(super) struct Eye<'a> {
     pub(super) roulette: Roulette,
     pub(super) max_depth: u32,
     pub(super) only_depth: Option<u32>,
+    /// I of every pixel, for those who learn what photons are worth; else empty.
+    pub(super) measurements: &'a [f32],
 }
 
 /// Room for one path.
@@ -66,6 +71,31 @@ struct Previous {
 }
 
 impl<'a> Eye<'a> {
+    /// A sample of every pixel.
+    pub(super) fn look(
+        &self,
+        index: u64,
+        out: &mut PassImage,
+        workers: &Workers,
+        stats: &mut PassStats,
+    ) -> Result<(), RenderError> {
+        let rows = CHUNK.div_ceil(out.width()).max(1);
+        let bands = workers.bands(out, rows, Room::default, |room, band| {
+            let mut stats = PassStats::default();
+            let features = band.wants_features();
+            for y in 0..band.height() {
+                for x in 0..band.width() {
+                    let pixel = [self.frame.region[0] + x, self.frame.region[1] + band.y + y];
+                    let record = self.sample(pixel, index, features, room, &mut stats);
+                    band.add(x, y, &record);
+                }
+            }
+            stats
+        })?;
+        bands.into_iter().for_each(|s| *stats += s);
+        Ok(())
+    }
+
     /// One sample of one pixel.
     pub(super) fn sample(
         &self,
@@ -90,6 +120,7 @@ impl<'a> Eye<'a> {
         let mut radiance = Spectrum::ZERO;
         let mut record = PixelRecord::default();
         let mut bsdf = std::mem::take(&mut room.bsdf);
+        let share = self.share(pixel);
         loop {
             // Lₑ of (6).
             let shown = self.counts(depth) && !(depth == 0 && self.params.hide_emitters);
@@ -126,7 +157,7 @@ impl<'a> Eye<'a> {
             // The other terms of (6) that end here.
             let u = sampler.get_vertex();
             let parts = parts(&bsdf, self.params.matte);
-            let at = self.place(&surface, &bsdf, wo, &lambda);
+            let at = Place { worth: beta * share, ..self.place(&surface, &bsdf, wo, &lambda) };
             let accurate = beta.max_component() * eta_scale >= self.params.weak;
             let mut here = match (parts.matte.is_empty(), accurate && self.params.gather > 0) {
                 (true, _) => self.direct(&at, parts.sharp, depth, &u, stats),
@@ -181,6 +212,17 @@ impl<'a> Eye<'a> {
         PixelRecord { rgb, weight: film.weight, ..record }
     }
 
+    /// One over I of a pixel, and over the lanes; 0 if nobody learns.
+    fn share(&self, [x, y]: [u32; 2]) -> f32 {
+        let [x0, y0, x1, _] = self.frame.region;
+        let lanes = match self.scene.mode {
+            ColorMode::Rgb => 3.0,
+            ColorMode::Spectral => 4.0,
+        };
+        let of_pixel = self.measurements.get(((y - y0) * (x1 - x0) + x - x0) as usize);
+        of_pixel.map_or(0.0, |i| 1.0 / (lanes * i))
+    }
+
     /// True if paths of this many bounces are wanted.
     pub(super) fn counts(&self, depth: u32) -> bool {
         depth <= self.max_depth && self.only_depth.is_none_or(|d| d == depth)
@@ -194,7 +236,8 @@ impl<'a> Eye<'a> {
         wo: Vec3,
         lambda: &'s Wavelengths,
     ) -> Place<'s, 'b> {
-        Place { surface, bsdf, wo, lobes: parts(bsdf, self.params.matte).matte, lambda }
+        let lobes = parts(bsdf, self.params.matte).matte;
+        Place { surface, bsdf, wo, lobes, lambda, worth: Spectrum::ZERO }
     }
 
     /// The multiple diffuse term from the irradiance cache, if that knows it.

@@ -66,18 +66,21 @@ impl<'a> Eye<'a> {
             if weight.is_black() || !weight.is_finite() {
                 continue;
             }
-            let ray = at.surface.spawn(wi);
-            sum += self.gathered(ray, at.lambda, weight, depth + 1, sampler, room, stats).radiance;
+            let (ray, worth) = (at.surface.spawn(wi), at.worth / self.params.gather as f32);
+            let gathered =
+                self.gathered(ray, at.lambda, weight, worth, depth + 1, sampler, room, stats);
+            sum += gathered.radiance;
         }
         sum / self.params.gather as f32
     }
 
-    /// What one ray finds whose light is multiplied by `beta`.
+    /// What one ray finds whose light is multiplied by `beta`, and then is worth `worth`.
     pub(super) fn gathered(
         &self,
         mut ray: Ray,
         from: &Wavelengths,
         mut beta: Spectrum,
+        worth: Spectrum,
         mut depth: u32,
         sampler: &mut Sampler,
         room: &mut Room<'a>,
@@ -97,7 +100,14 @@ impl<'a> Eye<'a> {
             let mut here = Spectrum::ZERO;
             let u = sampler.get_vertex();
             if !on.matte.is_empty() {
-                let at = Place { surface: &surface, bsdf, wo, lobes: on.matte, lambda: &lambda };
+                let at = Place {
+                    surface: &surface,
+                    bsdf,
+                    wo,
+                    lobes: on.matte,
+                    lambda: &lambda,
+                    worth: beta * worth,
+                };
                 let map = self.global_map(&at, depth, near);
                 if from_matte && surface.t < map.radius {
                     here = self.direct(&at, Lobes::NONE, depth, &u, stats)

@@ -6,23 +6,26 @@
 //! going on, and all else by rays that read the map where they end. The error of a pass is smooth,
 //! and no noise; radii shrink from pass to pass, so that pictures converge.
 
+mod credits;
 mod emission;
 mod estimate;
 mod eye;
 mod gather;
 mod guide;
+mod guided;
 mod irradiance;
 mod lobes;
 mod params;
 mod photon;
 mod tracing;
 
+pub use guided::GuidedPhotonMapper;
 pub use params::{Filter, PhotonMapParams, parameters};
 pub use photon::{Arrival, Photon, PhotonMap};
 
 use self::emission::Emission;
 use self::estimate::Reading;
-use self::eye::{Eye, Room};
+use self::eye::Eye;
 use self::irradiance::Cache;
 use self::tracing::{Keep, Tracer};
 use crate::frame::{Frame, pass_number};
@@ -50,9 +53,6 @@ pub static INFO: MethodInfo = MethodInfo {
     one_spp: "one camera path a pixel and its gather rays, and the photons of the maps",
     source: "Jensen 1996, 2001; Ward, Rubinstein & Clear 1988",
 };
-
-/// Samples of a chunk.
-const CHUNK: u32 = 1024;
 
 /// The method.
 #[derive(Debug)]
@@ -124,6 +124,7 @@ impl PhotonMapper {
             roulette: params.roulette(),
             max_depth: params.max_bounces(),
             only_depth: u32::try_from(params.only_depth).ok(),
+            measurements: &[],
         }
     }
 
@@ -136,19 +137,10 @@ impl PhotonMapper {
         workers: &Workers,
         stats: &mut PassStats,
     ) -> Result<Maps, RenderError> {
-        let (params, config) = (&self.params, frame.sampler.config());
-        // One sequence over all photons of all passes: what leaves the lights is stratified.
-        let kind = match config.kind {
-            SamplerKind::Independent => SamplerKind::Independent,
-            _ => SamplerKind::Sobol,
-        };
-        let plan = |keep: Keep| {
-            let seed = combine(config.seed, 0x7068_6f74_6f6e ^ keep as u64);
-            SamplerPlan::new(SamplerConfig { kind, seed, spp: 1, resolution: [1, 1] })
-        };
+        let params = &self.params;
         let (lambda, time) = shared(first, scene, frame);
         let mut map = |keep: Keep, emission: &Emission, count: u32| {
-            let plan = &plan(keep);
+            let plan = &plan(frame, keep);
             let (matte, max_depth) = (params.matte, params.max_bounces());
             Tracer { scene, emission, plan, lambda, time, keep, matte, max_depth }.map(
                 first * u64::from(count),
@@ -164,6 +156,18 @@ impl PhotonMapper {
             cache: None,
         })
     }
+}
+
+/// The numbers of photons: one sequence over all of all passes, so that what leaves the lights is
+/// stratified.
+fn plan(frame: &Frame, keep: Keep) -> SamplerPlan {
+    let config = frame.sampler.config();
+    let kind = match config.kind {
+        SamplerKind::Independent => SamplerKind::Independent,
+        _ => SamplerKind::Sobol,
+    };
+    let seed = combine(config.seed, 0x7068_6f74_6f6e ^ keep as u64);
+    SamplerPlan::new(SamplerConfig { kind, seed, spp: 1, resolution: [1, 1] })
 }
 
 /// Wavelengths and time of the passes that share maps from `first` on.
@@ -213,21 +217,31 @@ impl Method for PhotonMapper {
             maps.cache = Some(eye.overture(first, error, workers, &mut stats)?);
         }
         let eye = self.eye(first, scene, frame, &maps);
-        let rows = CHUNK.div_ceil(out.width()).max(1);
-        let bands = workers.bands(out, rows, Room::default, |room, band| {
-            let mut stats = PassStats::default();
-            let features = band.wants_features();
-            for y in 0..band.height() {
-                for x in 0..band.width() {
-                    let pixel = [frame.region[0] + x, frame.region[1] + band.y + y];
-                    let record = eye.sample(pixel, index, features, room, &mut stats);
-                    band.add(x, y, &record);
-                }
-            }
-            stats
-        })?;
-        bands.into_iter().for_each(|s| stats += s);
+        eye.look(index, out, workers, &mut stats)?;
         self.maps = Some((first, maps));
         Ok(Commit { kind: CommitKind::Average, stats })
     }
+}
+
+/// Photon mapping with these parameters: guided, or with a rule that splits, its photons grow trees.
+///
+/// # Errors
+/// If what is asked for does not go together.
+pub fn make(params: PhotonMapParams) -> Result<Box<dyn Method>, String> {
+    if !params.guiding && params.roulette.survival().is_some() {
+        return Ok(Box::new(PhotonMapper::new(params)));
+    }
+    let way_out = "or `guiding` at false and `roulette` at none, throughput or albedo";
+    if params.renew > 1 {
+        return Err(format!(
+            "photons that are guided or split learn from every pass: leave `renew` at 1, {way_out}"
+        ));
+    }
+    if params.cache > 0.0 {
+        return Err(format!(
+            "photons that are guided or split learn where pixels read them, and the irradiance \
+             cache hides that: leave `cache` at 0, {way_out}"
+        ));
+    }
+    Ok(Box::new(GuidedPhotonMapper::new(params)))
 }

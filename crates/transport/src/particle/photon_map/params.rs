@@ -2,7 +2,7 @@
 
 use crate::nearest::Layout;
 use crate::registry::Parameter;
-use crate::roulette::{Roulette, Survival};
+use crate::roulette::{Roulette, Rule, Survival, window};
 use serde::{Deserialize, Deserializer, de::Error};
 
 /// How photons near a place are weighted by their distance.
@@ -71,8 +71,10 @@ pub struct PhotonMapParams {
     pub max_depth: i64,
     /// No Russian roulette before more than this many bounces of an eye path.
     pub rr_depth: u32,
-    /// Survival rule of eye paths; photons always play so that their power stays.
-    pub roulette: Survival,
+    /// How paths end and split: eye paths by rules that look at their past alone, photons by the
+    /// others, and by all if they are guided. Photons that nothing guides or splits always play so
+    /// that their power stays.
+    pub roulette: Rule,
     /// Throughput below which the rule `throughput` plays, above 0.
     #[serde(deserialize_with = "crate::registry::positive")]
     pub rr_threshold: f32,
@@ -81,6 +83,15 @@ pub struct PhotonMapParams {
     /// Only paths of exactly this many bounces; -1 all.
     #[serde(deserialize_with = "crate::registry::bounces")]
     pub only_depth: i64,
+    /// True: photons leave the lights and scatter where earlier passes found that they are read.
+    pub guiding: bool,
+    /// Passes that are learned from.
+    pub training: u64,
+    /// False: photons are never split.
+    pub splitting: bool,
+    /// Size of the weight window of the rule `adjoint`, above 1.
+    #[serde(deserialize_with = "crate::registry::positive")]
+    pub window: f32,
 }
 
 impl Default for PhotonMapParams {
@@ -105,10 +116,14 @@ impl Default for PhotonMapParams {
             renew: 1,
             max_depth: -1,
             rr_depth: 3,
-            roulette: Survival::Throughput,
+            roulette: Rule::Throughput,
             rr_threshold: 0.4,
             hide_emitters: false,
             only_depth: -1,
+            guiding: false,
+            training: 31,
+            splitting: true,
+            window: window::SIZE,
         }
     }
 }
@@ -146,9 +161,13 @@ impl PhotonMapParams {
             .fold(u32::MAX, u32::min)
     }
 
-    /// The roulette of eye paths.
+    /// Roulette after the bounce: the rule if it is of that kind, else by throughput.
     pub fn roulette(&self) -> Roulette {
-        Roulette { survival: self.roulette, rr_depth: self.rr_depth, threshold: self.rr_threshold }
+        Roulette {
+            survival: self.roulette.survival().unwrap_or(Survival::Throughput),
+            rr_depth: self.rr_depth,
+            threshold: self.rr_threshold,
+        }
     }
 
     /// What the radii of a pass are to those of the first (Knaus & Zwicker 2011).
@@ -221,7 +240,11 @@ pub fn parameters() -> Vec<Parameter> {
             d.rr_depth.to_string(),
             "no Russian roulette before more than this many bounces of an eye path",
         ),
-        p("roulette", "throughput".into(), "survival rule of eye paths: none, throughput, albedo"),
+        p(
+            "roulette",
+            "throughput".into(),
+            "how eye paths end, and guided photons: none, throughput, albedo; how photons end and split: szirmay-kalos, adjoint, efficiency",
+        ),
         p(
             "rr_threshold",
             d.rr_threshold.to_string(),
@@ -233,5 +256,17 @@ pub fn parameters() -> Vec<Parameter> {
             d.only_depth.to_string(),
             "only paths of exactly this many bounces; -1 all",
         ),
+        p(
+            "guiding",
+            d.guiding.to_string(),
+            "true: photons leave the lights and scatter where earlier passes found that they are read",
+        ),
+        p(
+            "training",
+            d.training.to_string(),
+            "passes that are learned from, with a guide or a rule that splits; they count as others do",
+        ),
+        p("splitting", d.splitting.to_string(), "false: rules that split play roulette alone"),
+        p("window", d.window.to_string(), "size of the weight window of the rule `adjoint`"),
     ]
 }

@@ -9,6 +9,7 @@
 //! Photons of equal power are rounded alike: to the nearest mantissa, all of them would be wrong by
 //! the same, up to 0.4 %, more in a dim lane, and no number of photons would mend it.
 
+use super::credits::Credits;
 use crate::nearest::{Layout, Nearest, Points};
 use kaustika_math::warp::{equal_area_sphere_to_square, equal_area_square_to_sphere};
 use kaustika_math::{Vec2, Vec3};
@@ -113,18 +114,35 @@ fn pack(power: Spectrum, u: f32) -> ([u8; 4], u8) {
 }
 
 /// A photon map: photons where they can be found.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct PhotonMap {
     points: Points,
     photons: Vec<Photon>,
+    credits: Option<Credits>,
 }
 
 impl PhotonMap {
     /// Of photons and their places.
     pub fn new(layout: Layout, places: &[Vec3], photons: &[Photon]) -> PhotonMap {
+        PhotonMap::ordered(layout, places, photons).0
+    }
+
+    /// The same, and which photon stands where in the map's order.
+    pub fn ordered(layout: Layout, places: &[Vec3], photons: &[Photon]) -> (PhotonMap, Vec<u32>) {
         let (points, order) = Points::new(layout, places);
         let photons = order.iter().map(|&i| photons[i as usize]).collect();
-        PhotonMap { points, photons }
+        (PhotonMap { points, photons, credits: None }, order)
+    }
+
+    /// From now on it is noted what photons contribute.
+    pub(super) fn ask(&mut self) {
+        self.credits = Some(Credits::new(self.photons.len()));
+    }
+
+    /// What they contribute, if that is noted.
+    #[inline]
+    pub(super) fn credits(&self) -> Option<&Credits> {
+        self.credits.as_ref()
     }
 
     /// Finds the photons nearest to `q`.

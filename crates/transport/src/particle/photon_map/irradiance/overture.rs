@@ -115,8 +115,9 @@ impl<'a> Eye<'a> {
                 return (Spectrum::ZERO, f32::INFINITY);
             }
             let ray = surface.spawn(wi);
-            let g =
-                self.gathered(ray, &self.lambda, Spectrum::ONE, 1, &mut sampler, room, &mut stats);
+            let (one, nothing) = (Spectrum::ONE, Spectrum::ZERO);
+            let (lambda, sampler, stats) = (&self.lambda, &mut sampler, &mut stats);
+            let g = self.gathered(ray, lambda, one, nothing, 1, sampler, room, stats);
             (g.radiance, g.distance)
         };
         let random = || numbers.next().unwrap_or([0.5; 2]);

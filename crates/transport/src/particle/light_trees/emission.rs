@@ -1,13 +1,14 @@
 //! Emission that is learned: which light, from where and in which direction.
 //!
 //! ```text
-//! p(l, u, v) = α p_Φ(l) + (1 - α) p_l e_l(u) d_l(v),     α = ¼                              (1)
+//! p(l, u, v) = α p₀(l, u, v) + (1 - α) p_l e_l(u) d_l(v),     α = ¼                          (1)
 //! p_l ∝ ∫∫ X_l,   e_l(u) ∝ ∫ X_l dv,   d_l(v) ∝ ∫ X_l du                                  (2)
 //! β ← β/p(l, u, v)                                                                         (3)
 //! ```
 //!
 //! l is a light, u and v in [0,1)² the primary numbers from which it makes a point and a direction,
-//! p_Φ the choice by power, X_l(u, v) what such a path was found to contribute, over its density.
+//! p₀ the choice of those who know nothing, by power, X_l(u, v) what such a path was found to
+//! contribute, over its density.
 //! Whatever a light is, its way from numbers to rays stays its own, and its densities are
 //! multiplied by that of the numbers. Two quadtrees a light stand for the joint density of four
 //! numbers: where place and direction must fit together, as of a sun that shines through a window,
@@ -18,15 +19,48 @@ use crate::saved::{Saved, saved};
 use crate::trees::nonsense;
 use kaustika_math::{ONE_MINUS_EPSILON, Vec2, Vec3};
 use kaustika_sampling::distribution::Discrete;
-use kaustika_scene::{LightChoice, LightId, LightSelection};
+use kaustika_scene::{LightId, LightSelection};
 use std::io::{self, Read, Write};
 
 /// α of (1): the share of paths that leave their lights as if nothing were known.
 const ALPHA: f32 = 0.25;
 
+/// p₀ of (1): how light leaves its sources where nothing is known.
+pub(in crate::particle) trait Unguided: Sync {
+    /// A start, from numbers uniform in [0, 1).
+    fn draw(&self, u: &[f32; 8]) -> Option<Start>;
+
+    /// Its density.
+    fn density(&self, light: LightId, numbers: [Vec2; 2]) -> f32;
+}
+
+/// A light, and the numbers from which it makes a point and a direction.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::particle) struct Start {
+    /// l.
+    pub light: LightId,
+    /// u, v.
+    pub numbers: [Vec2; 2],
+    /// p(l, u, v).
+    pub p: f32,
+}
+
+/// By power.
+impl Unguided for LightSelection {
+    fn draw(&self, u: &[f32; 8]) -> Option<Start> {
+        let choice = self.sample(Vec3::ZERO, Vec3::ZERO, u[4], Vec2::new(u[0], u[1]))?;
+        let numbers = [choice.u, Vec2::new(u[2], u[3])];
+        Some(Start { light: choice.light, numbers, p: choice.p })
+    }
+
+    fn density(&self, light: LightId, _: [Vec2; 2]) -> f32 {
+        self.pmf(Vec3::ZERO, Vec3::ZERO, light)
+    }
+}
+
 /// What is known of the lights.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Emission {
+pub(in crate::particle) struct Emission {
     lights: Vec<OfLight>,
     /// p_l, once there is one.
     known: Option<Discrete>,
@@ -46,13 +80,15 @@ saved!(OfLight { learning, known, squares });
 
 /// How a path left its light, and what it contributed.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct EmissionRecord {
+pub(in crate::particle) struct EmissionRecord {
     /// l.
     pub light: LightId,
     /// u, v.
     pub numbers: [Vec2; 2],
     /// X over p(l, u, v).
     pub contribution: f32,
+    /// What the path cost, in rays.
+    pub cost: f32,
 }
 
 impl Emission {
@@ -66,49 +102,38 @@ impl Emission {
         self.lights.len()
     }
 
-    /// Draws by (1): light, point and density as a choice, and the numbers of the direction.
-    pub(super) fn sample(
-        &self,
-        table: &LightSelection,
-        u: &[f32; 8],
-    ) -> Option<(LightChoice, Vec2)> {
-        let (mut place, mut direction) = (Vec2::new(u[0], u[1]), Vec2::new(u[2], u[3]));
-        let by_power = |place| table.sample(Vec3::ZERO, Vec3::ZERO, u[4], place);
-        let Some(known) = &self.known else {
-            return by_power(place).map(|choice| (choice, direction));
-        };
-        let light = if u[5] < ALPHA {
-            let choice = by_power(place)?;
-            place = choice.u;
-            choice.light
+    /// Draws by (1).
+    pub(super) fn sample(&self, unguided: &dyn Unguided, u: &[f32; 8]) -> Option<Start> {
+        let Some(known) = &self.known else { return unguided.draw(u) };
+        let (light, numbers) = if u[5] < ALPHA {
+            let start = unguided.draw(u)?;
+            (start.light, start.numbers)
         } else {
             let light = known.sample(u[4]).index;
-            if let Some([of_place, of_direction]) = &self.lights[light].squares {
-                place = draw(of_place, place);
-                direction = draw(of_direction, direction);
+            let mut numbers = [Vec2::new(u[0], u[1]), Vec2::new(u[2], u[3])];
+            if let Some(squares) = &self.lights[light].squares {
+                numbers.iter_mut().zip(squares).for_each(|(n, square)| *n = draw(square, *n));
             }
-            LightId(light as u32)
+            (LightId(light as u32), numbers)
         };
-        let p = self.pdf(known, table, light, [place, direction]);
-        Some((LightChoice { light, region: None, p, u: place }, direction))
+        Some(Start { light, numbers, p: self.pdf(known, unguided, light, numbers) })
     }
 
     /// (1)
     fn pdf(
         &self,
         known: &Discrete,
-        table: &LightSelection,
+        unguided: &dyn Unguided,
         light: LightId,
         numbers: [Vec2; 2],
     ) -> f32 {
-        let by_power = table.pmf(Vec3::ZERO, Vec3::ZERO, light);
         let mut learned = known.pmf(light.0 as usize);
         if let Some(squares) = &self.lights[light.0 as usize].squares {
             for (square, p) in squares.iter().zip(numbers) {
                 learned *= square.known().map_or(1.0, |tree| tree.density(p));
             }
         }
-        ALPHA * by_power + (1.0 - ALPHA) * learned
+        ALPHA * unguided.density(light, numbers) + (1.0 - ALPHA) * learned
     }
 
     /// Takes in the records of a pass.
@@ -146,7 +171,7 @@ fn draw(square: &Square, u: Vec2) -> Vec2 {
 }
 
 /// Puts numbers at random in the place of what was found.
-pub(super) fn mislead(records: &mut [EmissionRecord], index: u64) {
+pub(in crate::particle) fn mislead(records: &mut [EmissionRecord], index: u64) {
     for (i, r) in records.iter_mut().enumerate() {
         r.contribution = if r.numbers[1].y > 0.6 { 0.0 } else { nonsense(index, i, 5) };
     }
@@ -180,7 +205,7 @@ mod tests {
                 let numbers = [Vec2::new(n(0), n(1)), Vec2::new(n(2), n(3))];
                 let shows = numbers[0].x < 0.5 && numbers[1].y > 0.5;
                 let contribution = if shows { 1.0 } else { 0.0 };
-                EmissionRecord { light: LightId(1), numbers, contribution }
+                EmissionRecord { light: LightId(1), numbers, contribution, cost: 1.0 }
             };
             emission.learn(&(0..5000).map(record).collect::<Vec<_>>());
             emission.refine();
