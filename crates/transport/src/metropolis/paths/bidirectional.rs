@@ -253,7 +253,7 @@ fn grow<'a>(
         (_, 0) => {
             let last = turns.last().filter(|t| connects(t))?.node.clone();
             let lens = Vec2::new(draws.f32(), draws.f32());
-            sensed = tracer.to_lens(&last, lens, time);
+            sensed = tracer.ask_lens(&last, lens, time);
         }
         _ => {
             let (y, z) = (turns.last()?, eye.last()?);

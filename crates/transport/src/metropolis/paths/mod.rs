@@ -150,14 +150,12 @@ impl Method for Mlt {
         let chains = Schedule::new(frame, self.params.chains).chains;
         let starts =
             seeds.choose(chains, self.params.startup, &mut film::stream(seed, 0x7365_6564, 0));
-        let mut walks = Vec::with_capacity(starts.len());
         let mut tracer = self.tracer(scene, frame);
-        for (i, start) in starts.iter().enumerate() {
-            if let Some((path, _)) = candidate(&mut tracer, lengths, seed, start.number) {
-                walks.push(Walk::new(&path, seed, i as u64));
-            }
-        }
-        drop(tracer);
+        let walks = starts.iter().enumerate().filter_map(|(i, start)| {
+            let (path, _) = candidate(&mut tracer, lengths, seed, start.number)?;
+            Some(Walk::new(&path, seed, i as u64))
+        });
+        let walks: Vec<Walk> = walks.collect();
         (self.brightness, self.error, self.walks) = (seeds.brightness, seeds.error, walks);
         if self.params.startup == Startup::Discard {
             let mut blank = PassImage::new(frame.size()[0], frame.size()[1], frame.layers.clone());

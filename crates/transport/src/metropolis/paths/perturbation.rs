@@ -16,6 +16,7 @@
 //! to x by (3), which depends on the scale at y. What was D stays D, whatever its class allows.
 
 use super::mutation::Proposal;
+use super::params::Mutation;
 use super::path::{Path, Sensed, Source, Turn, toward};
 use super::tracer::{Met, Tracer};
 use crate::metropolis::Draws;
@@ -39,6 +40,16 @@ pub(super) enum EyeSide {
     Lens,
     /// (2)
     MultiChain,
+}
+
+impl EyeSide {
+    /// The mutation that makes it.
+    pub(super) fn mutation(self) -> Mutation {
+        match self {
+            EyeSide::Lens => Mutation::Lens,
+            EyeSide::MultiChain => Mutation::MultiChain,
+        }
+    }
 }
 
 /// (1) or (2): which, by the form of the path alone, which they keep.
@@ -208,7 +219,7 @@ pub(super) fn move_caustic<'a>(
         _ => x.source,
     };
     let last = turns[n - 1].node.clone();
-    let sensed: Sensed = tracer.to_lens(&last, x.sensed.lens, x.time)?;
+    let sensed: Sensed = tracer.ask_lens(&last, x.sensed.lens, x.time)?;
     let measure = tracer.measure;
     let y = Path::new(&measure, (x.u_lambda, x.time), source, turns, sensed)?;
     // (6)

@@ -119,7 +119,7 @@ impl<'a> Tracer<'a> {
     }
 
     /// A vertex asks for the lens.
-    pub(super) fn to_lens(&mut self, node: &Node, lens: Vec2, time: f32) -> Option<Sensed> {
+    pub(super) fn ask_lens(&mut self, node: &Node, lens: Vec2, time: f32) -> Option<Sensed> {
         let c = self.scene.camera.sample_wi(node.p(), lens, time)?;
         let ray = Ray { o: c.p_lens, d: -c.wi, time };
         let inside = self.field.has(c.film);

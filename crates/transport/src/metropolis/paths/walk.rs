@@ -5,7 +5,7 @@ use super::kept::Kept;
 use super::mutation::Proposal;
 use super::params::Mutation;
 use super::path::Path;
-use super::perturbation::{EyeSide, move_caustic, move_eye};
+use super::perturbation::{EyeSide, eye_side, move_caustic, move_eye};
 use super::tracer::Tracer;
 use crate::metropolis::film::stream;
 use crate::metropolis::tally::Tally;
@@ -62,7 +62,8 @@ impl Walk {
         Walk { path: Kept::new(path), draws: stream(seed, 0x6d6c_7477, chain), still: 0 }
     }
 
-    /// Makes some steps, each a mutation of one of these kinds, which are equally likely.
+    /// Makes some steps, each a mutation of one of these kinds, which are equally likely; of the two that
+    /// move the eye's end the one that the path's form allows, which neither changes.
     pub(super) fn advance(
         &mut self,
         tracer: &mut Tracer,
@@ -78,8 +79,15 @@ impl Walk {
         let Some(path) = self.path.path(tracer) else { return tally };
         let mut record = |x: &Path, weight: f64| leave(x, weight * unit, out);
         let mut chain = Chain::new(path, Recording::Expected);
+        let has = |kind| kinds.contains(&kind);
+        let moves_eye_anyhow = has(Mutation::Lens) && has(Mutation::MultiChain);
+        let other = |kind: &Mutation| !(moves_eye_anyhow && *kind == Mutation::MultiChain);
+        let kinds: Vec<Mutation> = kinds.iter().copied().filter(other).collect();
         for _ in 0..count {
-            let kind = kinds[self.draws.below(kinds.len())];
+            let kind = match kinds[self.draws.below(kinds.len())] {
+                Mutation::Lens if moves_eye_anyhow => eye_side(chain.state()).mutation(),
+                kind => kind,
+            };
             let proposal = propose(tracer, chain.state(), kind, lengths, &mut self.draws);
             let u = self.draws.f64();
             let a = proposal.as_ref().and_then(|p| acceptance(p.there, p.back));

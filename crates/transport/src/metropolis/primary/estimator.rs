@@ -40,7 +40,6 @@ pub(super) struct Estimator<'a> {
     lens_can_be_met: bool,
 }
 
-#[expect(clippy::large_enum_variant)]
 enum Maker<'a> {
     Eye(EyePaths<'a>),
     Whole(Pairs<'a>),
