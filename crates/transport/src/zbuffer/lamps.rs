@@ -110,12 +110,9 @@ impl Lamps {
     pub fn new(scene: &Scene, params: &ZBufferParams, casters: &Meshes, holes: &Holes) -> Lamps {
         let mut lamps = of_points(scene);
         lamps.extend(of_surfaces(scene));
-        // The strongest, in the order of the scene.
-        let mut powers: Vec<f32> = lamps.iter().map(|l| l.power).collect();
-        powers.sort_by(|a, b| b.total_cmp(a));
-        if let Some(&least) = powers.get(params.lamps as usize) {
-            lamps.retain(|l| l.power > least);
-        }
+        // The strongest; of equals the first.
+        lamps.sort_by(|a, b| b.power.total_cmp(&a.power));
+        lamps.truncate(params.lamps as usize);
         if params.shadows {
             for lamp in &mut lamps {
                 let (size, radius) = (params.shadow_map, scene.radius);

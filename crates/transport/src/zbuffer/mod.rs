@@ -50,6 +50,9 @@ const ROWS: u32 = 32;
 /// Most columns or rows of a picture.
 const MOST: u32 = 65_535;
 
+/// Most triangles with those of instances: some 10 GB.
+const MOST_TRIANGLES: usize = 1 << 27;
+
 /// The method.
 #[derive(Debug)]
 pub struct ZBuffer {
@@ -87,6 +90,14 @@ pub fn can_draw(scene: &Scene, size: [u32; 2]) -> Result<(), RenderError> {
     }
     if size.iter().any(|&n| n > MOST) {
         return failed("a z-buffer draws at most 65535 columns and rows: choose a smaller picture");
+    }
+    let geometry = &scene.geometry;
+    let triangles = |group: u32| geometry.groups[group as usize].triangles.triangle_count();
+    let placed = geometry.instances.iter().map(|i| triangles(i.group)).sum::<usize>();
+    if triangles(0) + placed > MOST_TRIANGLES {
+        return failed(
+            "a z-buffer takes at most 2^27 triangles, each instance's counted: use `path`",
+        );
     }
     flat_view(scene).map(|_| ())
 }

@@ -374,3 +374,18 @@ fn distant_textures_fade_to_their_mean() {
     }
     assert!(far > 300 && near > 0.3, "{far} pixels, {near} nearby");
 }
+
+/// Of many equal lamps the first are kept, and every one that is kept shines.
+#[test]
+fn equal_lamps_are_kept_up_to_a_number() {
+    let brightness = |count: u32, lamps: u32| {
+        let mut stage = things();
+        (0..count).for_each(|_| stage.point_light(v(0.9, -0.4, 2.3), 1.0));
+        let p = ZBufferParams { lamps, ambient: 0.0, shadows: false, ..ZBufferParams::default() };
+        let drawn = Drawn::new(&stage, &p);
+        drawn.pixels().map(|[x, y]| f64::from(drawn.rasterizer.color(x, y)[0])).sum::<f64>()
+    };
+    let one = brightness(1, 8);
+    close("all of three", brightness(3, 8), 3.0 * one, 1e-4);
+    close("two of five", brightness(5, 2), 2.0 * one, 1e-4);
+}
