@@ -1,0 +1,229 @@
+//! Radiosity: form factors against closed forms, and solvers against each other.
+
+use crate::scenes::*;
+use crate::stats::close;
+use kaustika_math::Vec3;
+use kaustika_scene::Scene;
+use kaustika_scene::description::GeometryDesc;
+use kaustika_spectra::Spectrum;
+use kaustika_transport::radiosity::form_factor::{FormFactorKind, FormFactors};
+use kaustika_transport::radiosity::mesh::Mesh;
+use kaustika_transport::radiosity::solve::{
+    Patches, Shooting, direct, gauss_seidel, jacobi, shoot,
+};
+
+/// The inside of a cube.
+fn cube(rho: f32) -> Stage {
+    let mut stage = Stage::new();
+    let white = stage.diffuse(rho);
+    stage.shape(GeometryDesc::Cube, HERE, white).flip_normals = true;
+    stage
+}
+
+/// A mesh of so many patches.
+fn meshed(scene: &Scene, patches: usize) -> Mesh<'_> {
+    let mut mesh = Mesh::new(scene);
+    mesh.divide_evenly(patches);
+    mesh
+}
+
+/// Σ A_i F_ij over patches i of the face with normal `n` and j of that with normal `m`, over the
+/// area of the first.
+fn between(ff: &FormFactors, n: Vec3, m: Vec3) -> f64 {
+    let of = |i: usize| &ff.mesh.elements[ff.patches[i] as usize];
+    let (mut flow, mut area) = (0.0, 0.0);
+    for i in (0..ff.len()).filter(|&i| of(i).normal.dot(n) > 0.9) {
+        let a = f64::from(of(i).area);
+        area += a;
+        ff.row(i).each(|j, f| {
+            if of(j).normal.dot(m) > 0.9 {
+                flow += a * f64::from(f.0[0]);
+            }
+        });
+    }
+    flow / area
+}
+
+const OPPOSITE: f64 = 0.199825;
+const ADJACENT: f64 = 0.200044;
+
+/// The faces of a cube (Howell's catalogue, C-11 and C-14 with equal sides).
+#[test]
+fn form_factors_of_a_cube() {
+    let stage = cube(0.5);
+    let scene = stage.build();
+    let mesh = meshed(&scene, 384);
+    assert_eq!(mesh.leaves().len(), 384);
+    // What each can do: rays err by chance; disks, and middles that stand for patches, where patches
+    // touch along an edge.
+    for (kind, samples, touching, apart) in [
+        (FormFactorKind::Rays, 4096, 3e-3, 3e-3),
+        (FormFactorKind::Area, 64, 4e-2, 2e-3),
+        (FormFactorKind::Analytic, 64, 3e-3, 1e-3),
+        (FormFactorKind::Hemicube, 256, 2e-2, 5e-3),
+    ] {
+        let ff = FormFactors::new(&mesh, kind, samples, false);
+        let opposite = between(&ff, Vec3::X, -Vec3::X);
+        let adjacent = between(&ff, Vec3::X, Vec3::Y);
+        println!("{kind:?}: {opposite:.6} {adjacent:.6}");
+        close(&format!("{kind:?}, opposite"), opposite, OPPOSITE, apart);
+        close(&format!("{kind:?}, adjacent"), adjacent, ADJACENT, touching);
+    }
+}
+
+/// (2): rows of a closed scene sum to 1, and both ways are the same.
+#[test]
+fn rows_sum_to_one_and_both_ways_agree() {
+    let stage = cube(0.5);
+    let scene = stage.build();
+    let mesh = meshed(&scene, 192);
+    for (kind, samples, sum, both) in [
+        // 85 rays meet a patch: their numbers differ by √(4/85π), 12 %, if not stratified.
+        (FormFactorKind::Rays, 16_384, 1e-5, 0.12),
+        // Disks lose most in corners, where a patch touches others along two sides.
+        (FormFactorKind::Area, 64, 0.2, 1e-5),
+        (FormFactorKind::Analytic, 64, 0.01, 0.03),
+        (FormFactorKind::Hemicube, 512, 1e-4, 0.1),
+    ] {
+        let ff = FormFactors::new(&mesh, kind, samples, false);
+        let (rows, areas) = (ff.rows(), ff.areas());
+        let mut worst_sum = 0.0f32;
+        let mut ways = vec![0.0f32; ff.len() * ff.len()];
+        for (i, row) in rows.iter().enumerate() {
+            worst_sum = worst_sum.max((row.sum() - 1.0).abs());
+            row.each(|j, f| ways[i * ff.len() + j] = f.0[0] * areas[i]);
+        }
+        let n = ff.len();
+        let pairs = (0..n).flat_map(|i| (0..i).map(move |j| (i, j)));
+        let (mut difference, mut all) = (0.0, 0.0);
+        for (i, j) in pairs {
+            difference += (ways[i * n + j] - ways[j * n + i]).abs();
+            all += 0.5 * (ways[i * n + j] + ways[j * n + i]);
+        }
+        println!("{kind:?}: sums within {worst_sum}, ways within {}", difference / all);
+        assert!(worst_sum < sum, "{kind:?}: rows sum to 1 within {worst_sum}");
+        assert!(difference < both * all, "{kind:?}: ways differ by {}", difference / all);
+    }
+}
+
+/// A square half hidden: what is left is the other half, which is exact.
+#[test]
+fn hidden_halves_do_not_count() {
+    let mut stage = Stage::new();
+    let white = stage.diffuse(0.5);
+    let small = scale(0.01, 0.01, 1.0);
+    stage.shape(GeometryDesc::Rectangle, small, white);
+    // Half as far as the square above, and half as wide: it hides x > 0.
+    stage.shape(GeometryDesc::Rectangle, at(0.5, 0.0, 0.5) * scale(0.5, 1.0, 1.0), white);
+    stage.shape(GeometryDesc::Rectangle, at(0.0, 0.0, 1.0) * down(), white);
+    let scene = stage.build();
+    let mesh = meshed(&scene, 1000);
+    let x = 0.5f64.sqrt();
+    let truth = 0.5 * 4.0 / std::f64::consts::PI * x * x.atan();
+    for (kind, samples, tolerance) in [
+        (FormFactorKind::Rays, 16_384, 0.01),
+        (FormFactorKind::Area, 16, 0.02),
+        (FormFactorKind::Analytic, 16, 0.02),
+        (FormFactorKind::Hemicube, 256, 0.02),
+    ] {
+        let ff = FormFactors::new(&mesh, kind, samples, false);
+        let of = |i: usize| &mesh.elements[ff.patches[i] as usize];
+        let (mut flow, mut area) = (0.0, 0.0);
+        for i in (0..ff.len()).filter(|&i| of(i).center().z == 0.0 && of(i).normal.z > 0.0) {
+            area += f64::from(of(i).area);
+            ff.row(i).each(|j, f| {
+                if of(j).center().z == 1.0 {
+                    flow += f64::from(of(i).area * f.0[0]);
+                }
+            });
+        }
+        close(&format!("{kind:?}"), flow / area, truth, tolerance);
+    }
+}
+
+/// E/(1 - ρ): every patch of a furnace emits and reflects alike, H = E/(1 - ρ) (Goral et al. 1984).
+#[test]
+fn a_furnace_glows_evenly() {
+    let rho = 0.75;
+    let mut stage = cube(rho);
+    let emission = stage.emission(2.0);
+    stage.d.shapes[0].emission = Some(emission);
+    let scene = stage.build();
+    let mesh = meshed(&scene, 96);
+    let ff = FormFactors::new(&mesh, FormFactorKind::Rays, 4096, false);
+    let rows = ff.rows();
+    let none = vec![Spectrum::ZERO; ff.len()];
+    let patches = Patches::new(&mesh, &ff.patches, &none, true);
+    let truth = 2.0 * std::f64::consts::PI / f64::from(1.0 - rho);
+    let shooting = Shooting { tolerance: 1e-5, shots: 100_000, ambient: false };
+    let (shot, _) = shoot(&patches, &shooting, |i| Some(rows[i].clone()), |_| ()).expect("done");
+    for (what, h, tolerance) in [
+        ("direct", direct(&rows, &patches), 1e-5),
+        ("Jacobi", jacobi(&rows, &patches, 1e-6), 1e-5),
+        ("Gauss-Seidel", gauss_seidel(&rows, &patches, 1e-6), 1e-5),
+        // Rows are by chance, and shots have columns: they sum to 1 less exactly.
+        ("Southwell", shot, 0.05),
+    ] {
+        for h in &h {
+            close(what, f64::from(h.0[1]), truth, tolerance);
+        }
+    }
+}
+
+/// A cube with walls of several albedos, one of which emits.
+fn one_wall() -> Stage {
+    let mut stage = cube(0.5);
+    let red = stage.diffuse(0.9);
+    stage.shape(GeometryDesc::Rectangle, at(0.0, 0.0, -0.99) * scale(0.9, 0.9, 1.0), red);
+    stage.shape(GeometryDesc::Cube, at(0.3, 0.2, -0.5) * scale(0.3, 0.3, 0.45), red);
+    stage.lamp(GeometryDesc::Rectangle, at(0.0, 0.0, 0.99) * down() * scale(0.3, 0.3, 1.0), 10.0);
+    stage
+}
+
+/// Elimination, both iterations and Southwell's solve the same system; what is unshot falls.
+#[test]
+fn solvers_agree() {
+    let stage = one_wall();
+    let scene = stage.build();
+    let mesh = meshed(&scene, 600);
+    let ff = FormFactors::new(&mesh, FormFactorKind::Analytic, 4, false);
+    let mut rows = ff.rows();
+    let areas = ff.areas();
+    // (2), exactly: shots use columns where the matrix uses rows.
+    let mut both = vec![vec![0.0f32; ff.len()]; ff.len()];
+    for (i, row) in rows.iter().enumerate() {
+        row.each(|j, f| {
+            both[i][j] += 0.5 * areas[i] * f.0[0];
+            both[j][i] += 0.5 * areas[i] * f.0[0];
+        });
+    }
+    for (i, row) in rows.iter_mut().enumerate() {
+        let line = both[i].iter().enumerate().filter(|(_, f)| **f > 0.0);
+        row.seen = line.map(|(j, f)| (j as u32, f / areas[i])).collect();
+    }
+    let none = vec![Spectrum::ZERO; ff.len()];
+    let patches = Patches::new(&mesh, &ff.patches, &none, true);
+    let truth = direct(&rows, &patches);
+    let mut left = vec![1.0];
+    let shooting = Shooting { tolerance: 1e-5, shots: 100_000, ambient: false };
+    let (shot, _) =
+        shoot(&patches, &shooting, |i| Some(rows[i].clone()), |l| left.push(l)).expect("done");
+    assert!(left.windows(2).all(|w| w[1] < w[0]), "unshot power rises");
+    let brightest = truth.iter().map(|h| h.0[0]).fold(0.0, f32::max);
+    for (what, h, tolerance) in [
+        ("Jacobi", jacobi(&rows, &patches, 1e-7), 1e-5),
+        ("Gauss-Seidel", gauss_seidel(&rows, &patches, 1e-7), 1e-5),
+        ("Southwell", shot, 1e-3),
+    ] {
+        let worst = h.iter().zip(&truth).map(|(a, b)| (a.0[0] - b.0[0]).abs()).fold(0.0, f32::max);
+        assert!(worst < tolerance * brightest, "{what}: {worst} of {brightest}");
+    }
+    // The ambient term stands for what a few shots leave, on average.
+    let energy = |h: &[Spectrum]| h.iter().zip(&areas).map(|(h, a)| h.0[0] * a).sum::<f32>();
+    let early = |ambient| {
+        let shooting = Shooting { tolerance: 0.0, shots: 8, ambient };
+        shoot(&patches, &shooting, |i| Some(rows[i].clone()), |_| ()).expect("done").0
+    };
+    let (bare, with, all) = (energy(&early(false)), energy(&early(true)), energy(&truth));
+    assert!((with - all).abs() < 0.5 * (bare - all).abs(), "{bare} {with} {all}");
+}
