@@ -16,6 +16,7 @@ mod rays;
 use super::mesh::{Mesh, Point};
 use super::points::{r2, rotated};
 use kaustika_math::mix_bits;
+use kaustika_scene::Scene;
 use kaustika_spectra::Spectrum;
 use rayon::prelude::*;
 use serde::Deserialize;
@@ -72,8 +73,10 @@ impl Row {
 
 /// The patches of a mesh, and how their form factors are found.
 pub struct FormFactors<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
     /// The mesh.
-    pub mesh: &'a Mesh<'a>,
+    pub mesh: &'a Mesh,
     /// The patches: its leaves.
     pub patches: Vec<u32>,
     kind: FormFactorKind,
@@ -88,7 +91,8 @@ pub struct FormFactors<'a> {
 impl<'a> FormFactors<'a> {
     /// For the leaves of a mesh; `extended` follows rays through mirrors and glass.
     pub fn new(
-        mesh: &'a Mesh<'a>,
+        scene: &'a Scene,
+        mesh: &'a Mesh,
         kind: FormFactorKind,
         samples: u32,
         extended: bool,
@@ -103,12 +107,12 @@ impl<'a> FormFactors<'a> {
                 .par_iter()
                 .flat_map_iter(|&e| {
                     let key = mix_bits(u64::from(e));
-                    (0..samples).map(move |k| mesh.sample(e, rotated(r2(k), key)))
+                    (0..samples).map(move |k| mesh.sample(scene, e, rotated(r2(k), key)))
                 })
                 .collect(),
             FormFactorKind::Rays | FormFactorKind::Hemicube => Vec::new(),
         };
-        FormFactors { mesh, patches, kind, samples, extended, number, points }
+        FormFactors { scene, mesh, patches, kind, samples, extended, number, points }
     }
 
     /// How many patches there are.

@@ -39,7 +39,7 @@ impl FormFactors<'_> {
                 others.push(j as u32);
             }
             if segments.len() >= BATCH || j + 1 == self.len() {
-                self.mesh.scene.occluded_all(&segments, &mut batch);
+                self.scene.occluded_all(&segments, &mut batch);
                 for (k, &j) in others.iter().enumerate() {
                     let terms = terms[k * n..][..n].iter().zip(&batch.occluded[k * n..][..n]);
                     let sum: f32 = terms.filter(|(_, hidden)| !**hidden).map(|(t, _)| t).sum();

@@ -24,14 +24,14 @@ const MOST_MIRRORS: u32 = 16;
 impl FormFactors<'_> {
     /// (1) and (2).
     pub(super) fn by_rays(&self, i: usize) -> Row {
-        let mesh = self.mesh;
+        let (scene, mesh) = (self.scene, self.mesh);
         let e = self.patches[i];
         let key = mix_bits(u64::from(e));
         let n = self.samples;
         let segments: Vec<Segment> = (0..n)
             .map(|k| {
                 // Places and directions are one stratified set each, paired by chance.
-                let point = mesh.sample(e, rotated(r2(k), combine(key, 1)));
+                let point = mesh.sample(scene, e, rotated(r2(k), combine(key, 1)));
                 let k = permute(k, n, combine(key, 2));
                 let local = warp::cosine_hemisphere(rotated(r2(k), combine(key, 3)));
                 let d = Frame::from_normal(point.n).to_world(local);
@@ -39,12 +39,12 @@ impl FormFactors<'_> {
             })
             .collect();
         let mut batch = RayBatch::default();
-        mesh.scene.hit_all(&segments, &mut batch);
+        scene.hit_all(&segments, &mut batch);
 
         let (mut seen, mut mirrored) = (BTreeMap::<u32, u32>::new(), BTreeMap::new());
         for (k, segment) in segments.iter().enumerate() {
             let Some(hit) = batch.hit(k) else { continue };
-            let s = mesh.scene.geometry.surface(&hit, &segment.ray);
+            let s = scene.geometry.surface(&hit, &segment.ray);
             if let Some(j) = self.patch_at(&s, -segment.ray.d) {
                 *seen.entry(j).or_default() += 1; // (1)
             }
@@ -63,12 +63,12 @@ impl FormFactors<'_> {
 
     /// The patch at a surface on the side of `w`.
     fn patch_at(&self, s: &Surface, w: Vec3) -> Option<u32> {
-        self.mesh.locate(s, w).map(|(e, _)| self.number[e as usize])
+        self.mesh.locate(self.scene, s, w).map(|(e, _)| self.number[e as usize])
     }
 
     /// (2): takes a ray along `d` on from a surface as long as something mirrors it.
     fn follow(&self, mut s: Surface, mut d: Vec3, key: u64, found: &mut impl FnMut(u32, Spectrum)) {
-        let scene = self.mesh.scene;
+        let scene = self.scene;
         let mut lambda = Wavelengths::rgb();
         let mut bsdf = Bsdf::default();
         let mut weight = Spectrum::ONE;

@@ -2,6 +2,7 @@
 
 use super::matter::furnish;
 use super::{Element, Mesh, NONE};
+use kaustika_scene::Scene;
 use rayon::prelude::*;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -26,16 +27,16 @@ impl Ord for Longest {
     }
 }
 
-impl Mesh<'_> {
+impl Mesh {
     /// (1): divides leaves; what the halves reflect and emit is found out for all at once.
-    pub fn divide(&mut self, leaves: &[u32]) {
+    pub fn divide(&mut self, scene: &Scene, leaves: &[u32]) {
         let first = self.elements.len();
         for &e in leaves {
-            let halves = self.halves(e);
+            let halves = self.halves(scene, e);
             self.elements[e as usize].children = self.elements.len() as u32;
             self.elements.extend(halves);
         }
-        let (scene, facets) = (self.scene, &self.facets);
+        let facets = &self.facets;
         self.elements[first..]
             .par_iter_mut()
             .for_each(|half| furnish(scene, &facets[half.facet as usize], half));
@@ -43,7 +44,7 @@ impl Mesh<'_> {
 
     /// Divides the leaves with the longest sides until there are so many leaves, or nothing is
     /// left to divide. Black ones stay whole.
-    pub fn divide_evenly(&mut self, count: usize) {
+    pub fn divide_evenly(&mut self, scene: &Scene, count: usize) {
         let mut leaves = self.leaves();
         let mut heap: BinaryHeap<Longest> = leaves.iter().filter_map(|&e| self.order(e)).collect();
         let mut number = leaves.len();
@@ -59,7 +60,7 @@ impl Mesh<'_> {
                 heap.pop();
             }
             let first = self.elements.len() as u32;
-            self.divide(&leaves);
+            self.divide(scene, &leaves);
             heap.extend((first..self.elements.len() as u32).filter_map(|e| self.order(e)));
             number += leaves.len();
         }
@@ -70,7 +71,7 @@ impl Mesh<'_> {
         (!element.is_black()).then(|| Longest(element.longest_side().1, e))
     }
 
-    fn halves(&self, e: u32) -> [Element; 2] {
+    fn halves(&self, scene: &Scene, e: u32) -> [Element; 2] {
         let element = &self.elements[e as usize];
         let k = element.longest_side().0;
         let (i, j) = (k, (k + 1) % 3);
@@ -81,7 +82,7 @@ impl Mesh<'_> {
             true => (element.corners[i] + element.corners[j]) * 0.5,
             false => {
                 let facet = &self.facets[element.facet as usize];
-                self.scene.geometry.on_facet(facet, at, super::TIME).p
+                scene.geometry.on_facet(facet, at, super::TIME).p
             }
         };
         let half = |corner: usize| {

@@ -2,13 +2,13 @@
 
 use super::{Mesh, NONE};
 use kaustika_math::{Vec2, Vec3};
-use kaustika_scene::{FacetId, Surface};
+use kaustika_scene::{FacetId, Scene, Surface};
 
-impl Mesh<'_> {
+impl Mesh {
     /// The leaf at a surface on the side of `w`, and the barycentric weights of the place on it;
     /// `None` on what has no elements.
-    pub fn locate(&self, s: &Surface, w: Vec3) -> Option<(u32, [f32; 3])> {
-        let (facet, at) = self.scene.geometry.facet_of(s)?;
+    pub fn locate(&self, scene: &Scene, s: &Surface, w: Vec3) -> Option<(u32, [f32; 3])> {
+        let (facet, at) = scene.geometry.facet_of(s)?;
         let mut e = self.roots_of.get(&facet)?[usize::from(s.ng.dot(w) < 0.0)];
         if e == NONE {
             return None;

@@ -25,9 +25,8 @@ use std::collections::HashMap;
 const TIME: f32 = 0.5;
 
 /// The elements of a scene.
-pub struct Mesh<'a> {
-    /// The scene.
-    pub scene: &'a Scene,
+#[derive(Debug)]
+pub struct Mesh {
     /// All elements; the roots come first.
     pub elements: Vec<Element>,
     /// How many are roots.
@@ -64,9 +63,9 @@ impl Point {
     }
 }
 
-impl<'a> Mesh<'a> {
+impl Mesh {
     /// The roots alone.
-    pub fn new(scene: &'a Scene) -> Mesh<'a> {
+    pub fn new(scene: &Scene) -> Mesh {
         let facets = scene.geometry.facets();
         let made: Vec<[Option<Element>; 2]> = (0..facets.len() as u32)
             .into_par_iter()
@@ -84,7 +83,7 @@ impl<'a> Mesh<'a> {
             roots_of.insert(*facet, sides.map(&mut number));
         }
         let roots = elements.len() as u32;
-        Mesh { scene, elements, roots, facets, roots_of }
+        Mesh { elements, roots, facets, roots_of }
     }
 
     /// The numbers of the leaves, in the order of their trees.
@@ -101,22 +100,22 @@ impl<'a> Mesh<'a> {
     }
 
     /// The point of an element with these barycentric weights.
-    pub fn point(&self, e: u32, b: [f32; 3]) -> Point {
+    pub fn point(&self, scene: &Scene, e: u32, b: [f32; 3]) -> Point {
         let element = &self.elements[e as usize];
-        let s = self.surface(e, b);
+        let s = self.surface(scene, e, b);
         Point { p: s.p, p_error: s.p_error, n: if element.back { -s.ng } else { s.ng } }
     }
 
     /// A point of an element, uniform over it, from two numbers in [0, 1).
-    pub fn sample(&self, e: u32, u: Vec2) -> Point {
-        self.point(e, warp::triangle(u))
+    pub fn sample(&self, scene: &Scene, e: u32, u: Vec2) -> Point {
+        self.point(scene, e, warp::triangle(u))
     }
 
     /// The surface there.
-    pub fn surface(&self, e: u32, b: [f32; 3]) -> Surface {
+    pub fn surface(&self, scene: &Scene, e: u32, b: [f32; 3]) -> Surface {
         let element = &self.elements[e as usize];
         let facet = &self.facets[element.facet as usize];
-        self.scene.geometry.on_facet(facet, element.place(b), TIME)
+        scene.geometry.on_facet(facet, element.place(b), TIME)
     }
 }
 
