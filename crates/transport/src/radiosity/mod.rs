@@ -4,6 +4,7 @@
 //! Surfaces become a [`mesh`] of patches; [`form_factor`]s say what each gets of each; a [`solve`]r or
 //! a [`hierarchy`] finds the irradiance of all, before the first pass. Passes show it.
 
+mod bake;
 mod estimate;
 pub mod form_factor;
 pub mod hierarchy;
@@ -27,6 +28,7 @@ use crate::method::{
 use crate::workers::Workers;
 use kaustika_film::accumulate::PassImage;
 use kaustika_scene::bsdf::Bsdf;
+use kaustika_scene::description::TriMesh;
 use kaustika_scene::{LightSelection, Scene};
 
 /// What radiosity is.
@@ -68,6 +70,14 @@ impl Radiosity {
 impl Method for Radiosity {
     fn info(&self) -> &'static MethodInfo {
         &INFO
+    }
+
+    fn bakes(&self) -> bool {
+        true
+    }
+
+    fn baked(&self, _scene: &Scene) -> Option<TriMesh> {
+        self.solution.as_ref().map(bake::bake)
     }
 
     fn prepare(

@@ -196,6 +196,35 @@ fn a_hierarchy_is_a_furnace_too() {
     }
 }
 
+/// A furnace baked: radiance 2 + 0.75 · 8 everywhere, triangles that face inward.
+#[test]
+fn a_baked_furnace_glows_evenly() {
+    let mut stage = cube(0.75);
+    let emission = stage.emission(2.0);
+    stage.d.shapes[0].emission = Some(emission);
+    let scene = stage.build();
+    let p = json!({"direct": "mesh", "solver": "jacobi", "patches": 96, "tolerance": 1e-6});
+    let mut method =
+        Radiosity::new(serde_json::from_value(p).expect("parameters")).expect("they go together");
+    assert!(method.bakes() && method.baked(&scene).is_none());
+    let config = SamplerConfig { kind: SamplerKind::Sobol, seed: 1, spp: 1, resolution: [1, 1] };
+    let frame = Frame::new([1, 1], FilterDesc::BOX, config);
+    let workers = Workers::new(2, Arc::default()).expect("threads");
+    method.prepare(&scene, &frame, &workers).expect("prepared");
+    let baked = method.baked(&scene).expect("a mesh");
+    assert_eq!(baked.indices.len(), 96);
+    let colors = &baked.attributes[0];
+    assert_eq!(
+        (colors.name.as_str(), colors.values.len()),
+        ("vertex_color", 3 * baked.positions.len())
+    );
+    colors.values.iter().for_each(|&c| close("colour", f64::from(c), 8.0, 1e-4));
+    for triangle in &baked.indices {
+        let [a, b, c] = triangle.map(|i| baked.positions[i as usize]);
+        assert!((b - a).cross(c - a).dot(a + b + c) < 0.0, "a triangle faces outward");
+    }
+}
+
 /// A cube with walls of several albedos, one of which emits.
 fn one_wall() -> Stage {
     let mut stage = cube(0.5);
