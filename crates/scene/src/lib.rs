@@ -12,6 +12,7 @@ mod chart;
 pub mod description;
 mod displace;
 mod error;
+mod facets;
 mod geometry;
 pub mod lanes;
 mod light;
@@ -31,6 +32,7 @@ pub use build::SceneOptions;
 pub use camera::{Camera, CameraConnection, CameraRay, CameraRays, FlatView, LensHit};
 pub use chart::ChartPoint;
 pub use error::BuildError;
+pub use facets::{Facet, FacetId};
 pub use geometry::{Geometry, Hit, Primitive};
 pub use kaustika_accel::Segment;
 pub use light::{

@@ -16,6 +16,7 @@ pub mod nearest;
 pub mod particle;
 pub mod path;
 pub mod path_space;
+pub mod radiosity;
 pub mod ray_tracing;
 pub mod registry;
 pub mod roulette;

@@ -4,6 +4,7 @@ use crate::frame::Frame;
 use crate::workers::Workers;
 use kaustika_film::accumulate::PassImage;
 use kaustika_scene::Scene;
+use kaustika_scene::description::TriMesh;
 use kaustika_spectra::ColorMode;
 use std::io::{self, Read, Write};
 use std::ops::AddAssign;
@@ -161,6 +162,17 @@ pub trait Method: Send {
         out: &mut PassImage,
         workers: &Workers,
     ) -> Result<Commit, RenderError>;
+
+    /// True if it knows the light on surfaces, whatever the view: [`Method::baked`].
+    fn bakes(&self) -> bool {
+        false
+    }
+
+    /// The light on all surfaces, after [`Method::prepare`]: a mesh with the attributes
+    /// `vertex_color` (radiance, W/(m² sr)) and `vertex_irradiance` (W/m²), linear RGB.
+    fn baked(&self, _scene: &Scene) -> Option<TriMesh> {
+        None
+    }
 
     /// Writes what must survive a break besides the film.
     ///

@@ -8,6 +8,7 @@ use crate::particle::photon_map;
 use crate::particle::{self, Vpl};
 use crate::path;
 use crate::path::guided::{self, Guided};
+use crate::radiosity::{self, Radiosity};
 use crate::ray_tracing::backward::{self, Backward};
 use crate::ray_tracing::ray_tree::{self, RayTree};
 use crate::zbuffer::{self, ZBuffer};
@@ -111,6 +112,11 @@ pub static ALL: &[Entry] = &[
         info: &zbuffer::INFO,
         parameters: zbuffer::parameters,
         make: |p| Ok(Box::new(ZBuffer::new(parse(p)?))),
+    },
+    Entry {
+        info: &radiosity::INFO,
+        parameters: radiosity::parameters,
+        make: |p| Ok(Box::new(Radiosity::new(parse(p)?)?)),
     },
 ];
 

@@ -29,9 +29,12 @@ mod models;
 mod nodes;
 mod place;
 mod textures;
+mod write;
 
 #[cfg(test)]
 mod tests;
+
+pub use write::write_glb;
 
 use buffers::Buffers;
 use images::Images;

@@ -126,6 +126,10 @@ pub struct RenderArgs {
     #[arg(long, value_name = "FILTER", num_args = 0..=1, require_equals = true,
         default_missing_value = "kaustika")]
     pub denoise: Option<Denoiser>,
+    /// Also write the light on all surfaces, at the vertices of a mesh: .ply or .glb; of methods that
+    /// know it whatever the view (radiosity)
+    #[arg(long, value_name = "FILE")]
+    pub bake: Option<PathBuf>,
     /// How values become colours in .png and .jpg
     #[command(flatten)]
     pub look: LookArgs,

@@ -1,6 +1,7 @@
 //! The command line: one file a command, thin over the library.
 
 mod args;
+mod bake;
 mod compare;
 mod denoise;
 mod diagnostics;

@@ -4,7 +4,7 @@ use super::args::RenderArgs;
 use super::failure::Failure;
 use super::job::Job;
 use super::viewer::Viewer;
-use super::{diagnostics, interrupt, picture};
+use super::{bake, diagnostics, interrupt, picture};
 use kaustika::scene::description::SceneDescription;
 use kaustika::stats::Phases;
 use kaustika::transport::{Schedule, Session, Workers};
@@ -43,13 +43,21 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     drop(description);
     picture::check_outputs(&outputs)?;
     check_share(args, setup.method.info().schedule)?;
+    args.bake.as_deref().map_or(Ok(()), |path| bake::check(path, &*setup.method))?;
 
     let Setup { scene, frame, method, spp, record, unasked, .. } = setup;
     let mut job = Job::new(args, &record, &outputs, &unasked)?;
     let mut session = Session::new(&scene, &frame, method);
     job.resume(&mut session, &workers)?;
     let rendered = job.render(&mut session, &workers, spp, viewer);
-    job.deliver(&session, &workers, phases, rendered)
+    job.deliver(&session, &workers, phases, rendered)?;
+    args.bake.as_deref().map_or(Ok(()), |path| {
+        bake::write(path, &scene, &*session.method)?;
+        if !args.quiet {
+            picture::tell(&[path.into()]);
+        }
+        Ok(())
+    })
 }
 
 /// Reads the scene, shows what there is to say about it and applies the command line.

@@ -1,6 +1,8 @@
 //! Same seed, same bits: on any number of threads, stopped and resumed, or in shares.
 
 use crate::kit::{Place, assert_same_bits, differing_values};
+use kaustika::formats::gltf::read_gltf;
+use kaustika::formats::mesh::{MeshOptions, read_mesh};
 
 #[test]
 fn threads_do_not_change_the_picture() {
@@ -19,7 +21,8 @@ fn threads_do_not_change_the_picture() {
 fn every_method_gives_the_same_bits_on_any_threads_and_in_shares() {
     let p = Place::new();
     let two_sided = ["path", "light", "bdpt", "vcm", "sppm", "photonmap", "vpl"];
-    for method in two_sided.into_iter().chain(["backward", "whitted", "distributed", "zbuffer"]) {
+    let others = ["backward", "whitted", "distributed", "zbuffer", "radiosity --rgb"];
+    for method in two_sided.into_iter().chain(others) {
         // Filters that reach other pixels, so that splats of several bands meet.
         let common = format!("render ball.pbrt -q -m {method} --spp 4 --filter gaussian");
         p.ok(&format!("{common} -t 1 -o one.exr"));
@@ -50,6 +53,23 @@ fn chains_go_on_where_they_stopped_on_any_threads() {
         let error = p.fails(2, &format!("{common} --spp 5 --passes 1..3 -o part.exr"));
         assert!(error.contains("can't be dealt out"), "{error}");
     }
+}
+
+#[test]
+fn light_on_surfaces_is_baked() {
+    let p = Place::new();
+    p.ok("render ball.pbrt -q -m radiosity --rgb -p patches=500 --spp 1 -o a.exr --bake a.ply");
+    p.ok("render ball.pbrt -q -m radiosity --rgb -p patches=500 --spp 1 -o a.exr --bake a.glb");
+    let mesh = read_mesh(&p.path("a.ply"), &MeshOptions::default()).unwrap();
+    let colors = mesh.attributes.iter().find(|a| a.name == "vertex_color").unwrap();
+    assert!(colors.values.iter().all(|c| *c >= 0.0) && colors.values.iter().any(|c| *c > 0.0));
+    let read = read_gltf(&p.path("a.glb"));
+    assert!(!read.diagnostics.has_errors());
+    assert!(p.fails(2, "render ball.pbrt --bake a.ply -o a.exr").contains("use `-m radiosity`"));
+    let error = p.fails(2, "render ball.pbrt -m radiosity --bake a.obj -o a.exr");
+    assert!(error.contains("only ply and glb can be written"), "{error}");
+    let error = p.fails(1, "render ball.pbrt -q -m radiosity -o a.exr");
+    assert!(error.contains("add `--rgb`"), "{error}");
 }
 
 #[test]

@@ -31,6 +31,7 @@ mod motion;
 mod photons;
 mod placing;
 mod polarized;
+mod radiosity;
 mod ray_trees;
 mod refraction;
 mod roulette;

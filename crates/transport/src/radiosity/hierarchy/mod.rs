@@ -1,0 +1,249 @@
+//! Hierarchical radiosity (Hanrahan, Salzman & Aupperle 1991), with clusters.
+//!
+//! ```text
+//! G_p = Σ over links p←q of F_pq V_pq B_q                          gather            (1)
+//! H = G + G of all above;  B = S + ρH at leaves                    push              (2)
+//! B = Σ A_c/A B_c over the halves                                  pull              (3)
+//! ```
+//!
+//! Two nodes exchange light at the level at which that is good enough ([`refine`]). What arrives per
+//! area is pushed down undivided, what leaves is pulled up by area. Clusters carry what they send and
+//! get by direction ([`harmonics`]).
+
+mod clusters;
+mod corners;
+mod harmonics;
+mod refine;
+
+use self::clusters::{Cluster, Node};
+use self::harmonics::Lobes9;
+use super::mesh::{Mesh, NONE};
+use super::sources::Sources;
+use crate::workers::Workers;
+use kaustika_math::Vec3;
+use kaustika_scene::Scene;
+use kaustika_spectra::Spectrum;
+
+/// How far a hierarchy is refined.
+#[derive(Clone, Copy, Debug)]
+pub struct Refinement {
+    /// ε: power that a link may err by, as a part of all that is sent at first.
+    pub error: f32,
+    /// No element is divided that is smaller than this.
+    pub area: f32,
+    /// Largest change of the last iteration, as a part of the brightest.
+    pub tolerance: f32,
+}
+
+/// Rounds of refining, each with a quarter of the error of the one before and what it found.
+const ROUNDS: i32 = 4;
+/// Iterations of gathering a round at most.
+const ITERATIONS: u32 = 100;
+
+/// A way by which light goes from `q` to `p`.
+#[derive(Clone, Copy, Debug)]
+struct Link {
+    p: Node,
+    q: Node,
+    /// Form factor, or what takes its place with clusters, without what is between them.
+    f: f32,
+    /// Visible part.
+    v: f32,
+    /// What the light that it carries may be wrong by: times A_p B_q.
+    doubt: f32,
+}
+
+/// A mesh under refinement.
+pub struct Hierarchy<'m, 'a> {
+    scene: &'a Scene,
+    mesh: &'m mut Mesh,
+    clusters: Vec<Cluster>,
+    root: Option<Node>,
+    links: Vec<Link>,
+    sources: Sources<'a>,
+    /// Of the elements: S, B, and what was gathered at them and above.
+    source: Vec<Spectrum>,
+    radiosity: Vec<Spectrum>,
+    irradiance: Vec<Spectrum>,
+    /// Of the clusters: intensity, and irradiance gathered at them and above.
+    sent: Vec<Lobes9>,
+    got: Vec<Lobes9>,
+    /// Irradiance of the roots by what clusters got.
+    by_clusters: Vec<Spectrum>,
+}
+
+/// What a hierarchy came to.
+#[derive(Clone, Debug)]
+pub struct Solved {
+    /// Irradiance of the leaves, W/m², in their order.
+    pub irradiance: Vec<Spectrum>,
+    /// Irradiance at their corners.
+    pub corners: Vec<[Spectrum; 3]>,
+    /// How many links there are.
+    pub links: usize,
+}
+
+impl<'m, 'a> Hierarchy<'m, 'a> {
+    /// Over a mesh, whose leaves may be divided further.
+    pub fn new(scene: &'a Scene, mesh: &'m mut Mesh, sources: Sources<'a>) -> Hierarchy<'m, 'a> {
+        let (clusters, root) = clusters::build(mesh);
+        let mut hierarchy = Hierarchy {
+            scene,
+            mesh,
+            root,
+            links: Vec::new(),
+            sources,
+            source: Vec::new(),
+            radiosity: Vec::new(),
+            irradiance: Vec::new(),
+            sent: vec![Lobes9::default(); clusters.len()],
+            got: vec![Lobes9::default(); clusters.len()],
+            by_clusters: Vec::new(),
+            clusters,
+        };
+        hierarchy.add_sources();
+        hierarchy.push_pull();
+        hierarchy
+    }
+
+    /// Refines and iterates; `None` if cancelled.
+    pub fn solve(&mut self, refinement: &Refinement, workers: &Workers) -> Option<Solved> {
+        let power: f32 = (0..self.mesh.roots as usize)
+            .map(|e| self.radiosity[e].average() * self.mesh.elements[e].area)
+            .sum();
+        for round in 0..ROUNDS {
+            let coarser = 4f32.powi(ROUNDS - 1 - round);
+            self.refine(refinement.error * coarser * power, refinement.area, workers)?;
+            for _ in 0..ITERATIONS {
+                if workers.cancelled() {
+                    return None;
+                }
+                let before = self.radiosity.clone();
+                self.gather();
+                self.push_pull();
+                let change =
+                    |(a, b): (&Spectrum, &Spectrum)| (*a - *b).map(f32::abs).max_component();
+                let largest = self.radiosity.iter().map(|b| b.max_component()).fold(0.0, f32::max);
+                let change = self.radiosity.iter().zip(&before).map(change).fold(0.0, f32::max);
+                if change <= refinement.tolerance * largest {
+                    break;
+                }
+            }
+        }
+        let leaves = self.mesh.leaves();
+        let irradiance = leaves.iter().map(|&e| self.irradiance[e as usize]).collect();
+        let corners = self.corners(&leaves);
+        Some(Solved { irradiance, corners, links: self.links.len() })
+    }
+
+    /// S of elements that are new.
+    fn add_sources(&mut self) {
+        let first = self.source.len() as u32;
+        let new: Vec<u32> = (first..self.mesh.elements.len() as u32).collect();
+        let sources = self.sources.of(self.mesh, &new);
+        self.source.extend(&sources);
+        self.radiosity.extend(&sources);
+        self.irradiance.resize(self.source.len(), Spectrum::ZERO);
+    }
+
+    /// (1).
+    fn gather(&mut self) {
+        self.irradiance.fill(Spectrum::ZERO);
+        self.got.fill(Lobes9::default());
+        for link in &self.links {
+            let k = link.f * link.v;
+            if k == 0.0 {
+                continue;
+            }
+            let toward = || (self.center(link.q) - self.center(link.p)).try_normalize();
+            match (link.p, link.q) {
+                (Node::Element(p), Node::Element(q)) => {
+                    self.irradiance[p as usize] += self.radiosity[q as usize] * k;
+                }
+                (Node::Element(p), Node::Cluster(q)) => {
+                    let Some(w) = toward() else { continue };
+                    self.irradiance[p as usize] += self.sent[q as usize].value(-w) * k;
+                }
+                (Node::Cluster(p), Node::Element(q)) => {
+                    let Some(w) = toward() else { continue };
+                    self.got[p as usize].add_direction(w, self.radiosity[q as usize] * k);
+                }
+                (Node::Cluster(p), Node::Cluster(q)) => {
+                    let Some(w) = toward() else { continue };
+                    let intensity = self.sent[q as usize].value(-w);
+                    self.got[p as usize].add_direction(w, intensity * k);
+                }
+            }
+        }
+    }
+
+    /// (2) and (3).
+    fn push_pull(&mut self) {
+        self.by_clusters = vec![Spectrum::ZERO; self.mesh.roots as usize];
+        for c in (0..self.clusters.len()).rev() {
+            let got = self.got[c];
+            for child in self.clusters[c].children {
+                match child {
+                    Node::Cluster(d) => self.got[d as usize].add(&got),
+                    Node::Element(e) => {
+                        let n = self.mesh.elements[e as usize].normal;
+                        self.by_clusters[e as usize] = got.over_lobe(n);
+                        self.irradiance[e as usize] += self.by_clusters[e as usize];
+                    }
+                }
+            }
+        }
+        let elements = &self.mesh.elements;
+        for (e, element) in elements.iter().enumerate().filter(|(_, e)| e.children != NONE) {
+            let down = self.irradiance[e];
+            for half in [element.children, element.children + 1] {
+                self.irradiance[half as usize] += down;
+            }
+        }
+        for (e, element) in elements.iter().enumerate().rev() {
+            self.radiosity[e] = match element.children {
+                NONE => self.source[e] + element.albedo * self.irradiance[e],
+                first => {
+                    let [a, b] = [first as usize, first as usize + 1];
+                    let (x, y) = (elements[a].area, elements[b].area);
+                    (self.radiosity[a] * x + self.radiosity[b] * y) / (x + y)
+                }
+            };
+        }
+        for c in 0..self.clusters.len() {
+            let mut sent = Lobes9::default();
+            for child in self.clusters[c].children {
+                match child {
+                    Node::Cluster(d) => sent.add(&self.sent[d as usize]),
+                    Node::Element(e) => {
+                        let element = &elements[e as usize];
+                        let k = element.area / std::f32::consts::PI;
+                        sent.add_lobe(element.normal, self.radiosity[e as usize] * k);
+                    }
+                }
+            }
+            self.sent[c] = sent;
+        }
+    }
+
+    fn center(&self, node: Node) -> Vec3 {
+        match node {
+            Node::Element(e) => self.mesh.elements[e as usize].center(),
+            Node::Cluster(c) => self.clusters[c as usize].center,
+        }
+    }
+
+    fn radius(&self, node: Node) -> f32 {
+        match node {
+            Node::Element(e) => self.mesh.elements[e as usize].radius(),
+            Node::Cluster(c) => self.clusters[c as usize].radius,
+        }
+    }
+
+    fn area(&self, node: Node) -> f32 {
+        match node {
+            Node::Element(e) => self.mesh.elements[e as usize].area,
+            Node::Cluster(c) => self.clusters[c as usize].area,
+        }
+    }
+}

@@ -1,0 +1,176 @@
+//! Parameters of radiosity.
+
+use super::form_factor::FormFactorKind;
+use crate::registry::{Parameter, count, positive};
+use serde::Deserialize;
+
+/// How the system is solved.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Solver {
+    /// Links at many levels, refined where light asks for it.
+    #[default]
+    Hierarchical,
+    /// The brightest patch shoots.
+    Southwell,
+    /// Gauss's elimination.
+    Direct,
+    /// All patches gather at once.
+    Jacobi,
+    /// One patch after the other gathers.
+    GaussSeidel,
+}
+
+/// How the solution is shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Display {
+    /// Interpolated between vertices.
+    #[default]
+    Gouraud,
+    /// Even over each patch.
+    Constant,
+    /// Gathered by rays from what is seen: patches are seen by way of it alone.
+    Gather,
+}
+
+/// How light comes from lights to patches and to what is seen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum DirectLight {
+    /// By rays, wherever a pixel is.
+    #[default]
+    Rays,
+    /// By patches that emit.
+    Mesh,
+}
+
+/// Everything that can be set with `-p KEY=VALUE`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RadiosityParams {
+    /// How the system is solved.
+    pub solver: Solver,
+    /// Patches; of the hierarchical solver as many as there would be if all were as small as its
+    /// smallest.
+    #[serde(deserialize_with = "count")]
+    pub patches: u32,
+    /// How form factors are found.
+    pub form_factors: FormFactorKind,
+    /// Samples of a row or a pair of form factors, cells across a hemicube; 0: by kind.
+    pub samples: u32,
+    /// How the solution is shown.
+    pub display: Display,
+    /// How light comes from the lights.
+    pub direct: DirectLight,
+    /// What iterations leave, as a part of all.
+    #[serde(deserialize_with = "positive")]
+    pub tolerance: f32,
+    /// Power that a link may err by, as a part of what a patch has on average.
+    #[serde(deserialize_with = "positive")]
+    pub error: f32,
+    /// Shots at most, 0 for no limit.
+    pub shots: u32,
+    /// True: what is not shot yet is shown as if it were even.
+    pub ambient: bool,
+    /// True: light goes from patch to patch by way of mirrors and glass too.
+    pub extended: bool,
+    /// Rays of a final gather.
+    #[serde(deserialize_with = "count")]
+    pub gather: u32,
+    /// True: lights are not seen directly.
+    pub hide_emitters: bool,
+}
+
+impl Default for RadiosityParams {
+    fn default() -> Self {
+        RadiosityParams {
+            solver: Solver::Hierarchical,
+            patches: 20_000,
+            form_factors: FormFactorKind::Rays,
+            samples: 0,
+            display: Display::Gouraud,
+            direct: DirectLight::Rays,
+            tolerance: 1e-3,
+            error: 4e-3,
+            shots: 0,
+            ambient: false,
+            extended: false,
+            gather: 4,
+            hide_emitters: false,
+        }
+    }
+}
+
+impl RadiosityParams {
+    /// Samples of form factors.
+    pub fn samples(&self) -> u32 {
+        match self.samples {
+            0 => self.form_factors.samples(),
+            n => n,
+        }
+    }
+
+    /// What does not go together.
+    ///
+    /// # Errors
+    /// Says what, and what to do.
+    pub fn check(&self) -> Result<(), String> {
+        let by_rays = self.form_factors == FormFactorKind::Rays;
+        if self.extended && (self.solver == Solver::Hierarchical || !by_rays) {
+            let message = "extended form factors are found by rays, row by row: set `solver` to \
+                           southwell, direct, jacobi or gauss-seidel, and `form_factors` to rays";
+            return Err(message.into());
+        }
+        Ok(())
+    }
+}
+
+/// The parameters with their defaults and meanings.
+pub fn parameters() -> Vec<Parameter> {
+    let d = RadiosityParams::default();
+    let p = |key, default: String, help| Parameter { key, default, help };
+    vec![
+        p(
+            "solver",
+            "hierarchical".into(),
+            "hierarchical, southwell (progressive shooting), direct, jacobi, gauss-seidel",
+        ),
+        p(
+            "patches",
+            d.patches.to_string(),
+            "patches; for `hierarchical` as if all were as small as the smallest may be",
+        ),
+        p("form_factors", "rays".into(), "rays, area, analytic, hemicube; not for `hierarchical`"),
+        p(
+            "samples",
+            d.samples.to_string(),
+            "rays of a row, points of a pair, cells across a hemicube; 0: 1024, 4, 256",
+        ),
+        p("display", "gouraud".into(), "gouraud, constant, gather (final gathering)"),
+        p(
+            "direct",
+            "rays".into(),
+            "light of lights by rays, or by a mesh whose patches emit: rays, mesh",
+        ),
+        p("tolerance", d.tolerance.to_string(), "what iterations leave, as a part of all light"),
+        p(
+            "error",
+            d.error.to_string(),
+            "power that a link may err by, as a part of all light over `patches` (`hierarchical`)",
+        ),
+        p("shots", d.shots.to_string(), "shots at most (`southwell`); 0 no limit"),
+        p(
+            "ambient",
+            d.ambient.to_string(),
+            "what is not shot yet is shown as if it were even (`southwell`)",
+        ),
+        p(
+            "extended",
+            d.extended.to_string(),
+            "light goes by way of mirrors and glass too; not for `hierarchical`",
+        ),
+        p("gather", d.gather.to_string(), "rays of a final gather"),
+        p("hide_emitters", d.hide_emitters.to_string(), "lights are not seen directly"),
+    ]
+}
