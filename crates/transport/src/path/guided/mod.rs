@@ -68,9 +68,10 @@ const MOST_RECORDS: f64 = 1000.0;
 /// Weight of a pass at most, over the first's.
 const MOST_WEIGHT: f32 = 1e3;
 /// Time for a ray of a tree over that of a plain path's: measured, see docs/guided.md.
-const DEARER: f32 = 2.5;
-/// The pass before which plain and guided paths are compared.
-const TRIAL: u64 = 63;
+const DEARER: f32 = 2.0;
+/// When plain and guided paths are compared: passes done, and how many times dearer the guided
+/// may be. Between the two, more learning makes up for a factor of six at most on our scenes.
+const TRIALS: [(u64, f32); 2] = [(31, 6.0), (127, 1.0)];
 
 /// The method.
 #[derive(Debug)]
@@ -173,8 +174,9 @@ impl Guided {
             if index == 0 {
                 self.plain_cost = cost;
             }
-            if index + 1 == TRIAL && self.params.fallback {
-                self.plain = plain * self.plain_cost < variance * cost * DEARER;
+            let trial = TRIALS.iter().find(|(passes, _)| *passes == index + 1);
+            if let (Some((_, most)), true) = (trial, self.params.fallback) {
+                self.plain = variance * cost * DEARER > most * plain * self.plain_cost;
                 if self.plain {
                     self.weight = 1.0;
                 }
@@ -189,6 +191,18 @@ impl Method for Guided {
             AnyField::None(_) => &SPLITTING_INFO,
             AnyField::Quadtree(_) | AnyField::Mixture(_) => &INFO,
         }
+    }
+
+    fn report(&self) -> Vec<(String, f64)> {
+        let Some(Totals { variance, cost }) = self.totals else { return Vec::new() };
+        let figures = [
+            ("variance", variance),
+            ("rays", cost),
+            ("variance_of_plain_paths", self.pixels.plain()),
+            ("rays_of_plain_paths", self.plain_cost),
+            ("goes_on_as_plain_paths", f32::from(u8::from(self.plain))),
+        ];
+        figures.map(|(name, value)| (name.into(), f64::from(value))).to_vec()
     }
 
     fn grows_trees(&self) -> bool {
