@@ -21,7 +21,7 @@ fn threads_do_not_change_the_picture() {
 fn every_method_gives_the_same_bits_on_any_threads_and_in_shares() {
     let p = Place::new();
     let two_sided = ["path", "light", "bdpt", "vcm", "sppm", "photonmap", "vpl"];
-    let others = ["backward", "whitted", "distributed", "zbuffer", "radiosity --rgb"];
+    let others = ["backward", "whitted", "distributed", "zbuffer", "radiosity"];
     for method in two_sided.into_iter().chain(others) {
         // Filters that reach other pixels, so that splats of several bands meet.
         let common = format!("render ball.pbrt -q -m {method} --spp 4 --filter gaussian");
@@ -58,8 +58,8 @@ fn chains_go_on_where_they_stopped_on_any_threads() {
 #[test]
 fn light_on_surfaces_is_baked() {
     let p = Place::new();
-    p.ok("render ball.pbrt -q -m radiosity --rgb -p patches=500 --spp 1 -o a.exr --bake a.ply");
-    p.ok("render ball.pbrt -q -m radiosity --rgb -p patches=500 --spp 1 -o a.exr --bake a.glb");
+    p.ok("render ball.pbrt -q -m radiosity -p patches=500 --spp 1 -o a.exr --bake a.ply");
+    p.ok("render ball.pbrt -q -m radiosity -p patches=500 --spp 1 -o a.exr --bake a.glb");
     let mesh = read_mesh(&p.path("a.ply"), &MeshOptions::default()).unwrap();
     let colors = mesh.attributes.iter().find(|a| a.name == "vertex_color").unwrap();
     assert!(colors.values.iter().all(|c| *c >= 0.0) && colors.values.iter().any(|c| *c > 0.0));
@@ -68,8 +68,8 @@ fn light_on_surfaces_is_baked() {
     assert!(p.fails(2, "render ball.pbrt --bake a.ply -o a.exr").contains("use `-m radiosity`"));
     let error = p.fails(2, "render ball.pbrt -m radiosity --bake a.obj -o a.exr");
     assert!(error.contains("only ply and glb can be written"), "{error}");
-    let error = p.fails(1, "render ball.pbrt -q -m radiosity -o a.exr");
-    assert!(error.contains("add `--rgb`"), "{error}");
+    let error = p.fails(1, "render ball.pbrt -q --spectral -m radiosity -o a.exr");
+    assert!(error.contains("leave out `--spectral`"), "{error}");
 }
 
 #[test]

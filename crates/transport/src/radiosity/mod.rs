@@ -30,6 +30,7 @@ use kaustika_film::accumulate::PassImage;
 use kaustika_scene::bsdf::Bsdf;
 use kaustika_scene::description::TriMesh;
 use kaustika_scene::{LightSelection, Scene};
+use kaustika_spectra::ColorMode;
 
 /// What radiosity is.
 pub static INFO: MethodInfo = MethodInfo {
@@ -70,6 +71,16 @@ impl Radiosity {
 impl Method for Radiosity {
     fn info(&self) -> &'static MethodInfo {
         &INFO
+    }
+
+    fn mode(&self) -> Option<ColorMode> {
+        Some(ColorMode::Rgb)
+    }
+
+    fn report(&self) -> Vec<(String, f64)> {
+        let Some(s) = &self.solution else { return Vec::new() };
+        let figures = [("patches", s.leaves.len()), ("links", s.links), ("shots", s.shots)];
+        figures.map(|(name, n)| (name.into(), n as f64)).into()
     }
 
     fn bakes(&self) -> bool {

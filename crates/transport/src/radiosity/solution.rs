@@ -48,7 +48,7 @@ impl Solution {
         workers: &Workers,
     ) -> Result<Solution, RenderError> {
         if scene.mode == ColorMode::Spectral {
-            let message = "radiosity is in red, green and blue: add `--rgb`";
+            let message = "radiosity is in red, green and blue: leave out `--spectral`";
             return Err(RenderError::Failed(message.into()));
         }
         let mut mesh = workers.install(|| Mesh::new(scene));

@@ -147,6 +147,32 @@ fn hidden_halves_do_not_count() {
     }
 }
 
+/// By way of a lossless mirror, the form factor is that to the mirror image (Wallace, Cohen &
+/// Greenberg 1987): here of a square 2 wide, which is 2.5 away.
+#[test]
+fn mirrors_show_mirror_images() {
+    let mut stage = Stage::new();
+    let (white, mirror) = (stage.diffuse(0.5), stage.metal(0.0));
+    stage.shape(GeometryDesc::Rectangle, scale(0.01, 0.01, 1.0), white);
+    stage.shape(GeometryDesc::Rectangle, at(0.0, 0.0, 1.0) * down() * scale(3.0, 3.0, 1.0), mirror);
+    stage.shape(GeometryDesc::Rectangle, at(0.0, 0.0, -0.5), white);
+    let scene = stage.build();
+    let mesh = meshed(&scene, 100);
+    let x = 0.4 / (1.0f64 + 0.16).sqrt();
+    let truth = 4.0 / std::f64::consts::PI * x * x.atan();
+    for (extended, expected) in [(true, truth), (false, 0.0)] {
+        let ff = FormFactors::new(&scene, &mesh, FormFactorKind::Rays, 65_536, extended);
+        let of = |i: usize| &mesh.elements[ff.patches[i] as usize];
+        let small = (0..ff.len()).filter(|&i| of(i).center().z == 0.0 && of(i).normal.z > 0.0);
+        for i in small {
+            let row = ff.row(i);
+            let mut sum = 0.0;
+            row.each(|j, f| sum += if of(j).center().z < 0.0 { f64::from(f.0[0]) } else { 0.0 });
+            close("by the mirror", sum, expected, 0.01);
+        }
+    }
+}
+
 /// E/(1 - ρ): every patch of a furnace emits and reflects alike, H = E/(1 - ρ) (Goral et al. 1984).
 #[test]
 fn a_furnace_glows_evenly() {
