@@ -27,7 +27,7 @@ impl Credits {
     /// Adds a read's part; what is below 0 or no number counts as nothing.
     #[inline]
     pub(super) fn add(&self, photon: u32, part: f32) {
-        let whole = (part.min(MOST) * ONE) as u64;
+        let whole = (part.clamp(0.0, MOST) * ONE) as u64;
         self.0[photon as usize].fetch_add(whole, Ordering::Relaxed);
     }
 
