@@ -1,7 +1,7 @@
 //! The fields that can be asked for.
 
 use super::{
-    Expected, Field, Guide, LightRecord, LocalDirections, LocalMixture, Mixture, Nothing, Quadtree,
+    Cell, Expected, Field, Guide, LightRecord, LocalDirections, LocalMixture, Mixture, Nothing, Quadtree,
     ReflectedRecord, Tree,
 };
 use crate::saved::Saved;
@@ -46,8 +46,44 @@ pub enum AnyLocal<'a> {
     Mixture(LocalMixture<'a>),
 }
 
-/// What it says of a point: where light comes from, and what is reflected.
-pub type Known<'a> = (Option<Guide<AnyLocal<'a>>>, Option<Expected>);
+/// What is known of it in a cell of space.
+#[derive(Clone, Copy, Debug)]
+pub enum AnyCell<'a> {
+    /// Of [`AnyField::None`].
+    None(&'a Cell<Nothing>),
+    /// Of [`AnyField::Quadtree`].
+    Quadtree(&'a Cell<Quadtree>),
+    /// Of [`AnyField::Mixture`].
+    Mixture(&'a Cell<Mixture>),
+}
+
+impl<'a> AnyCell<'a> {
+    /// See [`Cell::guide`].
+    #[inline]
+    pub fn guide(self, p: Vec3, matte: Option<Vec3>) -> Option<Guide<AnyLocal<'a>>> {
+        match self {
+            AnyCell::None(_) => None,
+            AnyCell::Quadtree(cell) => {
+                let Guide { directions, alpha } = cell.guide(p, matte)?;
+                Some(Guide { directions: AnyLocal::Quadtree(directions), alpha })
+            }
+            AnyCell::Mixture(cell) => {
+                let Guide { directions, alpha } = cell.guide(p, matte)?;
+                Some(Guide { directions: AnyLocal::Mixture(directions), alpha })
+            }
+        }
+    }
+
+    /// See [`Cell::expected`].
+    #[inline]
+    pub fn expected(self, wo: Vec3, albedo: f32) -> Option<Expected> {
+        match self {
+            AnyCell::None(cell) => cell.expected(wo, albedo),
+            AnyCell::Quadtree(cell) => cell.expected(wo, albedo),
+            AnyCell::Mixture(cell) => cell.expected(wo, albedo),
+        }
+    }
+}
 
 impl AnyField {
     /// An empty one.
@@ -59,27 +95,13 @@ impl AnyField {
         }
     }
 
-    /// What is known at `p`; of light toward `wo`, where the albedo is `albedo`.
+    /// What is known around `p`.
     #[inline]
-    pub fn at(&self, p: Vec3, wo: Vec3, albedo: f32) -> Known<'_> {
+    pub fn at(&self, p: Vec3) -> AnyCell<'_> {
         match self {
-            AnyField::None(f) => (None, f.at(p).expected(wo, albedo)),
-            AnyField::Quadtree(f) => {
-                let cell = f.at(p);
-                let local = |g: Guide<_>| Guide {
-                    directions: AnyLocal::Quadtree(g.directions),
-                    alpha: g.alpha,
-                };
-                (cell.guide(p, None).map(local), cell.expected(wo, albedo))
-            }
-            AnyField::Mixture(f) => {
-                let cell = f.at(p);
-                let local = |g: Guide<_>| Guide {
-                    directions: AnyLocal::Mixture(g.directions),
-                    alpha: g.alpha,
-                };
-                (cell.guide(p, None).map(local), cell.expected(wo, albedo))
-            }
+            AnyField::None(field) => AnyCell::None(field.at(p)),
+            AnyField::Quadtree(field) => AnyCell::Quadtree(field.at(p)),
+            AnyField::Mixture(field) => AnyCell::Mixture(field.at(p)),
         }
     }
 
@@ -145,14 +167,6 @@ impl LocalDirections for AnyLocal<'_> {
         match self {
             AnyLocal::Quadtree(q) => q.irradiance(n),
             AnyLocal::Mixture(m) => m.irradiance(n),
-        }
-    }
-
-    #[inline]
-    fn towards(self, n: Vec3) -> Self {
-        match self {
-            AnyLocal::Quadtree(q) => AnyLocal::Quadtree(q),
-            AnyLocal::Mixture(m) => AnyLocal::Mixture(m.towards(n)),
         }
     }
 }

@@ -30,7 +30,7 @@ mod tests;
 
 pub use choice::{Choice, DirectionSample, Guide, MixedBsdf, is_matte};
 pub use field::{Cell, Field, Nothing};
-pub use kinds::{AnyField, AnyLocal, FieldKind, Known};
+pub use kinds::{AnyCell, AnyField, AnyLocal, FieldKind};
 pub use mixture::{LocalMixture, Mixture};
 pub use pixels::Pixels;
 pub use quadtree::Quadtree;

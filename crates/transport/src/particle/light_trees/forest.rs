@@ -10,7 +10,7 @@
 //! the light is for, where it arrives, is a [`Receiver`]'s: it is taken in once, before the copies.
 
 use super::emission::{Emission, EmissionRecord, Unguided};
-use crate::guiding::{AnyField, AnyLocal, Expected, LocalDirections, MixedBsdf, is_matte};
+use crate::guiding::{AnyField, Expected, MixedBsdf, is_matte};
 use crate::method::PassStats;
 use crate::path_space::{MAX_PASSAGES, Vertex};
 use crate::roulette::{Collision, Decision, Roulette, Rule, Splitting, Survival, WalkState};
@@ -302,23 +302,18 @@ impl<'a> Forest<'a> {
         let smooth = (bsdf.lobes() & on.lobes).has(Lobes::SMOOTH);
         let tree = &mut self.grove.trees[branch.tree as usize];
         let mut roulette = grower.roulette;
-        let (mut q, mut guide) = (1.0, None);
-        if smooth {
+        let mut q = 1.0;
+        let cell = smooth.then(|| grower.field.at(surface.p));
+        if let Some(cell) = cell {
             let splits = grower.splitting.rule.survival().is_none();
             let albedo = match splits {
                 true => mean(bsdf.albedo(wo), &branch.lambda),
                 false => 0.0,
             };
             self.grove.nodes[node].met = Some(Met { p: surface.p, albedo });
-            let expected;
-            (guide, expected) = grower.field.at(surface.p, wo, albedo);
-            let matte = is_matte(bsdf) && on.lobes.has(Lobes::DIFFUSE_REFLECTION);
-            if let (Some(g), true) = (&mut guide, matte) {
-                g.directions = g.directions.towards(surface.facing(wo));
-            }
             let weight = mean(branch.beta, &branch.lambda);
             let decided = match splits {
-                true => grower.copies(weight, expected, &self.vertex, albedo),
+                true => grower.copies(weight, cell.expected(wo, albedo), &self.vertex, albedo),
                 false => None,
             };
             if let Some(factor) = decided {
@@ -331,7 +326,14 @@ impl<'a> Forest<'a> {
         self.grove.nodes[node].inv_q = 1.0 / q;
         tree.splits += copies.saturating_sub(1);
 
-        let mixed: MixedBsdf<AnyLocal> = MixedBsdf::new(bsdf, guide.as_ref()).of(on.lobes);
+        if copies == 0 {
+            return;
+        }
+
+        let matte = is_matte(bsdf) && on.lobes.has(Lobes::DIFFUSE_REFLECTION);
+        let matte = matte.then(|| surface.facing(wo));
+        let guide = cell.and_then(|cell| cell.guide(surface.p, matte));
+        let mixed = MixedBsdf::new(bsdf, guide.as_ref()).of(on.lobes);
         let Branch { lambda, depth, .. } = branch;
         let mut sampler = Some(branch.sampler);
         for copy in 1..=copies {

@@ -27,7 +27,7 @@ use super::integrate::Integrator;
 use super::rows;
 use super::wave::Wave;
 use crate::frame::Frame;
-use crate::guiding::{AnyField, Directions, Field, Pixels};
+use crate::guiding::{AnyField, Pixels};
 use crate::lights;
 use crate::method::{
     Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule,
@@ -123,9 +123,8 @@ impl Guided {
     }
 
     /// A pass of trees, guided by what is known so far.
-    fn forests<D: Directions>(
+    fn forests(
         &self,
-        field: &Field<D>,
         index: u64,
         integrator: &Integrator,
         out: &mut PassImage,
@@ -138,7 +137,7 @@ impl Guided {
         let waits = waits && (1..self.params.warmup).contains(&index);
         let rule = if waits { Rule::None } else { rule };
         let guides = Guides {
-            field,
+            field: &self.field,
             keeps_albedo: self.params.roulette.survival().is_none(),
             splitting: Splitting {
                 rule,
@@ -242,11 +241,7 @@ impl Method for Guided {
             bands.into_iter().for_each(|s| stats += s);
             return Ok(Commit { kind, stats });
         }
-        let harvests = match &self.field {
-            AnyField::None(field) => self.forests(field, index, &integrator, out, workers)?,
-            AnyField::Quadtree(field) => self.forests(field, index, &integrator, out, workers)?,
-            AnyField::Mixture(field) => self.forests(field, index, &integrator, out, workers)?,
-        };
+        let harvests = self.forests(index, &integrator, out, workers)?;
         let mut stats = PassStats::default();
         let (mut records, mut values) = (Records::default(), Vec::new());
         for of_band in harvests {

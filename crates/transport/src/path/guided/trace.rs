@@ -12,7 +12,7 @@
 use super::super::integrate::{Integrator, MAX_PASSAGES};
 use super::super::walk::{Previous, Walk};
 use crate::features::describe;
-use crate::guiding::{Directions, Field, MixedBsdf, is_matte};
+use crate::guiding::{AnyField, MixedBsdf, is_matte};
 use crate::method::PassStats;
 use crate::roulette::{Collision, Decision, Roulette, Splitting, Survival, WalkState};
 use crate::trees::{Met, Node, Records, mean, sweep};
@@ -29,9 +29,9 @@ const PIXELS: u32 = 1024;
 const MOST_SPLITS: u32 = 1000;
 
 /// How trees grow.
-pub(super) struct Guides<'f, D> {
+pub(super) struct Guides<'f> {
     /// What is known of light.
-    pub field: &'f Field<D>,
+    pub field: &'f AnyField,
     /// How paths end and split.
     pub splitting: Splitting,
     /// True if reflected light is kept over the albedo there.
@@ -91,10 +91,10 @@ pub(super) struct Harvest {
 }
 impl<'a> Forest<'a> {
     /// One sample of every pixel of a band.
-    pub(super) fn trace<D: Directions>(
+    pub(super) fn trace(
         &mut self,
         integrator: &Integrator<'a>,
-        guides: &Guides<D>,
+        guides: &Guides,
         index: u64,
         learns: bool,
         band: &mut PixelBand,
@@ -115,10 +115,10 @@ impl<'a> Forest<'a> {
     }
 
     /// Starts the trees of some pixels.
-    fn plant<D>(
+    fn plant(
         &mut self,
         integrator: &Integrator<'a>,
-        guides: &Guides<D>,
+        guides: &Guides,
         index: u64,
         band: &PixelBand,
         group: std::ops::Range<u32>,
@@ -151,10 +151,10 @@ impl<'a> Forest<'a> {
     }
 
     /// Traces a generation of rays.
-    fn grow<D: Directions>(
+    fn grow(
         &mut self,
         integrator: &Integrator<'a>,
-        guides: &Guides<D>,
+        guides: &Guides,
         features: bool,
         stats: &mut PassStats,
     ) {
@@ -179,10 +179,10 @@ impl<'a> Forest<'a> {
     }
 
     /// Takes a branch on from what its ray met.
-    fn vertex<D: Directions>(
+    fn vertex(
         &mut self,
         integrator: &Integrator<'a>,
-        guides: &Guides<D>,
+        guides: &Guides,
         mut branch: Branch<'a>,
         hit: Option<&Hit>,
         features: bool,
