@@ -20,7 +20,7 @@ fn with(extra: Value) -> Value {
 }
 
 /// The inside of a sphere that emits 1 and reflects `rho`: L = Σ ρᵏ.
-fn furnace(rho: f32) -> Stage {
+pub(crate) fn furnace(rho: f32) -> Stage {
     let mut stage = Stage::new();
     let (m, e) = (stage.diffuse(rho), stage.emission(1.0));
     let s = stage.shape(sphere(1.0), HERE, m);
