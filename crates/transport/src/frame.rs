@@ -50,6 +50,15 @@ pub fn pass_number(index: u64, seed: u64) -> f32 {
 }
 
 impl Frame {
+    /// The pixels of a band, row by row: column and row within the band, and in the whole picture.
+    #[inline]
+    pub fn places(&self, band: &PixelBand) -> impl Iterator<Item = ([u32; 2], [u32; 2])> + use<> {
+        let [x0, y0] = [self.region[0], self.region[1] + band.y];
+        let (width, height) = (band.width(), band.height());
+        let row = move |y| (0..width).map(move |x| ([x, y], [x0 + x, y0 + y]));
+        (0..height).flat_map(row)
+    }
+
     /// A frame over the whole picture.
     pub fn new(resolution: [u32; 2], filter: FilterDesc, sampler: SamplerConfig) -> Frame {
         Frame {

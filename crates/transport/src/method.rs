@@ -7,6 +7,7 @@ use kaustika_scene::Scene;
 use kaustika_scene::description::TriMesh;
 use kaustika_spectra::ColorMode;
 use std::io::{self, Read, Write};
+use std::iter::Sum;
 use std::ops::AddAssign;
 use thiserror::Error;
 
@@ -71,6 +72,15 @@ impl AddAssign for PassStats {
         self.closest_rays += o.closest_rays;
         self.shadow_rays += o.shadow_rays;
         self.bad_samples += o.bad_samples;
+    }
+}
+
+impl Sum for PassStats {
+    fn sum<I: Iterator<Item = PassStats>>(all: I) -> PassStats {
+        all.fold(PassStats::default(), |mut sum, stats| {
+            sum += stats;
+            sum
+        })
     }
 }
 

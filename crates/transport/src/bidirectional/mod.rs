@@ -105,21 +105,17 @@ impl Method for Bdpt {
         };
         let bands = splat_bands(workers, frame, out, rows, room, |room, band, splats| {
             let mut stats = PassStats::default();
-            for y in 0..band.height() {
-                for x in 0..band.width() {
-                    let pixel = [frame.region[0] + x, frame.region[1] + band.y + y];
-                    let features = band.wants_features();
-                    let record = room.sample(pixel, index, features, splats, &mut stats);
-                    band.add(x, y, &record);
-                    let [by_path, strategies] = room.layers();
-                    band.add_paths(x, y, record.weight, 0, by_path);
-                    band.add_paths(x, y, record.weight, by_path.len(), strategies);
-                }
+            for ([x, y], pixel) in frame.places(band) {
+                let features = band.wants_features();
+                let record = room.sample(pixel, index, features, splats, &mut stats);
+                band.add(x, y, &record);
+                let [by_path, strategies] = room.layers();
+                band.add_paths(x, y, record.weight, 0, by_path);
+                band.add_paths(x, y, record.weight, by_path.len(), strategies);
             }
             stats
         })?;
-        let mut stats = PassStats::default();
-        bands.into_iter().for_each(|s| stats += s);
+        let stats = bands.into_iter().sum();
         Ok(Commit { kind: CommitKind::Average, stats })
     }
 }

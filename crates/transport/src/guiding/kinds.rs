@@ -1,8 +1,8 @@
 //! The fields that can be asked for.
 
 use super::{
-    Cell, Expected, Field, Guide, LightRecord, LocalDirections, LocalMixture, Mixture, Nothing, Quadtree,
-    ReflectedRecord, Tree,
+    Cell, Expected, Field, Guide, LightRecord, LocalDirections, LocalMixture, Mixture, Nothing,
+    Quadtree, ReflectedRecord, Tree,
 };
 use crate::saved::Saved;
 use kaustika_math::{Vec2, Vec3};

@@ -10,7 +10,7 @@
 
 use super::Draws;
 use crate::frame::Frame;
-use crate::method::{PassStats, RenderError};
+use crate::method::RenderError;
 use crate::path_space::{Splat, add_splat};
 use crate::saved::Saved;
 use crate::workers::Workers;
@@ -155,11 +155,4 @@ pub fn run<K: Clone + Send + Sync, S: Send, T: Send>(
 /// The stream of a chain's decisions; other streams have other purposes.
 pub fn stream(seed: u64, purpose: u64, number: u64) -> Draws {
     Draws::new(kaustika_sampling::hash::combine(seed, purpose), number)
-}
-
-/// Sums work.
-pub fn total(stats: impl IntoIterator<Item = PassStats>) -> PassStats {
-    let mut sum = PassStats::default();
-    stats.into_iter().for_each(|s| sum += s);
-    sum
 }

@@ -5,6 +5,7 @@
 //! start, and how bright the picture is.
 
 mod chain;
+mod chains;
 mod coordinates;
 mod draws;
 mod film;

@@ -31,24 +31,21 @@ pub fn pass(
     let bands = splat_bands(workers, frame, out, rows, room, |room, band, splats| {
         let mut stats = PassStats::default();
         let features = band.wants_features();
-        for y in 0..band.height() {
-            for x in 0..band.width() {
-                let pixel = [frame.region[0] + x, frame.region[1] + band.y + y];
-                let Some(pairs) = room else {
-                    let record = match features {
-                        true => first_seen(scene, frame, pixel, index),
-                        false => PixelRecord::default(),
-                    };
-                    band.add(x, y, &PixelRecord { weight: 1.0, ..record });
-                    continue;
+        for ([x, y], pixel) in frame.places(band) {
+            let Some(pairs) = room else {
+                let record = match features {
+                    true => first_seen(scene, frame, pixel, index),
+                    false => PixelRecord::default(),
                 };
-                let record = pairs.sample(pixel, index, features, splats, &mut stats);
-                band.add(x, y, &record);
-                let [by_path, _] = pairs.layers();
-                band.add_paths(x, y, record.weight, 0, by_path);
-            }
+                band.add(x, y, &PixelRecord { weight: 1.0, ..record });
+                continue;
+            };
+            let record = pairs.sample(pixel, index, features, splats, &mut stats);
+            band.add(x, y, &record);
+            let [by_path, _] = pairs.layers();
+            band.add_paths(x, y, record.weight, 0, by_path);
         }
         stats
     })?;
-    Ok(super::film::total(bands))
+    Ok(bands.into_iter().sum())
 }

@@ -91,21 +91,17 @@ impl Method for LightTracer {
         let room = || (Subpath::default(), tracks.clone());
         let bands = splat_bands(workers, frame, out, rows, room, |path, band, splats| {
             let mut stats = PassStats::default();
-            for y in 0..band.height() {
-                for x in 0..band.width() {
-                    let pixel = [frame.region[0] + x, frame.region[1] + band.y + y];
-                    tracer.sample(pixel, index, path, splats, &mut stats);
-                    let record = match band.wants_features() {
-                        true => first_seen(scene, frame, pixel, index),
-                        false => PixelRecord::default(),
-                    };
-                    band.add(x, y, &PixelRecord { weight: 1.0, ..record });
-                }
+            for ([x, y], pixel) in frame.places(band) {
+                tracer.sample(pixel, index, path, splats, &mut stats);
+                let record = match band.wants_features() {
+                    true => first_seen(scene, frame, pixel, index),
+                    false => PixelRecord::default(),
+                };
+                band.add(x, y, &PixelRecord { weight: 1.0, ..record });
             }
             stats
         })?;
-        let mut stats = PassStats::default();
-        bands.into_iter().for_each(|s| stats += s);
+        let stats = bands.into_iter().sum();
         Ok(Commit { kind: CommitKind::Average, stats })
     }
 }

@@ -25,9 +25,7 @@ use self::polarized::trace_polarized;
 use self::wave::{Wave, trace_alone};
 use crate::frame::Frame;
 use crate::lights;
-use crate::method::{
-    Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule,
-};
+use crate::method::{Bias, Commit, CommitKind, Method, MethodInfo, RenderError, Schedule};
 use crate::path_space::{emission_table, needs_lens};
 use crate::workers::Workers;
 use kaustika_film::accumulate::PassImage;
@@ -159,8 +157,6 @@ impl Method for PathTracer {
                 false => wave.trace(&integrator, index, band),
             })
         }?;
-        let mut stats = PassStats::default();
-        bands.into_iter().for_each(|s| stats += s);
-        Ok(Commit { kind: CommitKind::Average, stats })
+        Ok(Commit { kind: CommitKind::Average, stats: bands.into_iter().sum() })
     }
 }

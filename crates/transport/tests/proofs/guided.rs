@@ -2,11 +2,11 @@
 //! that of plain paths.
 
 use crate::bidirectional::{SIZE, agree, means, means_of, room};
+use crate::breaks::threads_and_breaks;
 use crate::scenes::*;
 use kaustika_film::FilterDesc;
 use kaustika_film::accumulate::{Feature, Layers, PassImage};
 use kaustika_sampling::{SamplerConfig, SamplerKind};
-use kaustika_scene::Scene;
 use kaustika_scene::description::*;
 use kaustika_spectra::{ColorMode, SpectrumDesc};
 use kaustika_transport::path::guided::{Guided, GuidedParams};
@@ -98,41 +98,11 @@ fn branches_that_lose_wavelengths_keep_their_light() {
     }
 }
 
-/// Passes of a method on so many threads, saved and loaded into another before pass `broken`.
-fn passes(scene: &Scene, count: u64, threads: usize, broken: Option<u64>) -> Vec<PassImage> {
-    let config = SamplerConfig { kind: SamplerKind::Sobol, seed: 3, spp: 16, resolution: SIZE };
-    let frame = Frame::new(SIZE, FilterDesc::BOX, config);
-    let workers = Workers::new(threads, Arc::new(AtomicBool::new(false))).expect("threads");
-    let make = || {
-        let mut method = guided(json!({"max_depth": 5, "roulette": "efficiency", "warmup": 3}));
-        method.prepare(scene, &frame, &workers).expect("prepared");
-        method
-    };
-    let mut method = make();
-    (0..count)
-        .map(|index| {
-            if broken == Some(index) {
-                let mut saved = Vec::new();
-                method.save(&mut saved).expect("saved");
-                method = make();
-                method.load(&mut &saved[..]).expect("loaded");
-            }
-            let mut image = PassImage::new(SIZE[0], SIZE[1], frame.layers.clone());
-            method.pass(index, scene, &frame, &mut image, &workers).expect("a pass");
-            image
-        })
-        .collect()
-}
-
 #[test]
 fn threads_and_breaks_change_no_bit() {
-    let scene = furnished().build();
-    let alone = passes(&scene, 20, 1, None);
-    assert!(alone == passes(&scene, 20, 3, None));
+    let p = json!({"max_depth": 5, "roulette": "efficiency", "warmup": 3});
     // In the midst of an iteration, and at the end of one.
-    for broken in [9, 15] {
-        assert!(alone == passes(&scene, 20, 2, Some(broken)), "{broken}");
-    }
+    threads_and_breaks(&furnished().build(), || guided(p.clone()), 20, &[9, 15]);
 }
 
 #[test]

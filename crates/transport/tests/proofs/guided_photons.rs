@@ -1,7 +1,8 @@
 //! Photon maps of photons that learn: whatever was learned, and if it is nonsense, the picture is
 //! that of photons which know nothing, at the same radius; and photons go where they are read.
 
-use crate::bidirectional::{SIZE, agree, means, means_of};
+use crate::bidirectional::{agree, means, means_of};
+use crate::breaks::threads_and_breaks;
 use crate::guided::{RULES, furnished};
 use crate::guided_light::two_rooms;
 use crate::photons::furnace;
@@ -11,7 +12,6 @@ use kaustika_film::FilterDesc;
 use kaustika_film::accumulate::PassImage;
 use kaustika_sampling::estimator::RunningMean;
 use kaustika_sampling::{SamplerConfig, SamplerKind};
-use kaustika_scene::Scene;
 use kaustika_scene::description::*;
 use kaustika_spectra::{ColorMode, SpectrumDesc};
 use kaustika_transport::particle::photon_map::{GuidedPhotonMapper, PhotonMapParams};
@@ -179,41 +179,11 @@ fn rooms_that_nobody_sees_grow_empty_of_photons() {
     }
 }
 
-/// Passes of a method on so many threads, saved and loaded into another before pass `broken`.
-fn passes(scene: &Scene, count: u64, threads: usize, broken: Option<u64>) -> Vec<PassImage> {
-    let config = SamplerConfig { kind: SamplerKind::Sobol, seed: 3, spp: 16, resolution: SIZE };
-    let frame = Frame::new(SIZE, FilterDesc::BOX, config);
-    let workers = Workers::new(threads, Arc::new(AtomicBool::new(false))).expect("threads");
-    let make = || {
-        let mut method = guided(json!({"roulette": "efficiency", "guiding": true}));
-        method.prepare(scene, &frame, &workers).expect("prepared");
-        method
-    };
-    let mut method = make();
-    (0..count)
-        .map(|index| {
-            if broken == Some(index) {
-                let mut saved = Vec::new();
-                method.save(&mut saved).expect("saved");
-                method = make();
-                method.load(&mut &saved[..]).expect("loaded");
-            }
-            let mut image = PassImage::new(SIZE[0], SIZE[1], frame.layers.clone());
-            method.pass(index, scene, &frame, &mut image, &workers).expect("a pass");
-            image
-        })
-        .collect()
-}
-
 #[test]
 fn threads_and_breaks_change_no_bit() {
-    let scene = furnished().build();
-    let alone = passes(&scene, 12, 1, None);
-    assert!(alone == passes(&scene, 12, 3, None));
+    let p = json!({"roulette": "efficiency", "guiding": true});
     // Before anything is known, in the midst of an iteration, and at the end of one.
-    for broken in [1, 5, 7] {
-        assert!(alone == passes(&scene, 12, 2, Some(broken)), "{broken}");
-    }
+    threads_and_breaks(&furnished().build(), || guided(p.clone()), 12, &[1, 5, 7]);
 }
 
 #[test]

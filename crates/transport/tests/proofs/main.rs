@@ -9,6 +9,7 @@ mod backward;
 mod beams;
 mod bidirectional;
 mod bidirectional_media;
+mod breaks;
 mod cameras;
 mod classes;
 mod cutouts;

@@ -125,20 +125,17 @@ impl Method for Vcm {
             || estimator.room(),
             |room, band, splats| {
                 let mut stats = PassStats::default();
-                for y in 0..band.height() {
-                    for x in 0..band.width() {
-                        let pixel = [frame.region[0] + x, frame.region[1] + band.y + y];
-                        let features = band.wants_features();
-                        let record =
-                            estimator.sample(pixel, features, &photons, room, splats, &mut stats);
-                        band.add(x, y, &record);
-                        band.add_paths(x, y, record.weight, 0, room.layers());
-                    }
+                for ([x, y], pixel) in frame.places(band) {
+                    let features = band.wants_features();
+                    let record =
+                        estimator.sample(pixel, features, &photons, room, splats, &mut stats);
+                    band.add(x, y, &record);
+                    band.add_paths(x, y, record.weight, 0, room.layers());
                 }
                 stats
             },
         )?;
-        bands.into_iter().for_each(|s| stats += s);
+        stats += bands.into_iter().sum();
         Ok(Commit { kind: CommitKind::Average, stats })
     }
 }

@@ -18,6 +18,7 @@ pub use params::{Mutation, PathParams, parameters};
 use self::path::Measure;
 use self::tracer::Tracer;
 use self::walk::{Walk, candidate};
+use super::chains::Chains;
 use super::film::{self, Field, Schedule};
 use super::seeds::{Seeds, Startup};
 use super::separate;
@@ -28,7 +29,6 @@ use crate::method::{
     Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule as Passes,
 };
 use crate::path_space::{emission_table, needs_lens};
-use crate::saved::Saved;
 use crate::workers::Workers;
 use kaustika_film::accumulate::PassImage;
 use kaustika_scene::{LightSelection, Scene};
@@ -54,30 +54,19 @@ pub struct Mlt {
     params: PathParams,
     lights: Option<LightSelection>,
     emission: LightSelection,
-    brightness: f64,
-    error: f64,
-    walks: Vec<Walk>,
-    tally: Tally,
+    chains: Chains<Walk>,
 }
 
 impl Mlt {
     /// With these parameters.
     pub fn new(params: PathParams) -> Mlt {
-        Mlt {
-            params,
-            lights: None,
-            emission: LightSelection::default(),
-            brightness: 0.0,
-            error: 0.0,
-            walks: Vec::new(),
-            tally: Tally::default(),
-        }
+        Mlt { params, lights: None, emission: LightSelection::default(), chains: Chains::default() }
     }
 
     /// The picture's brightness, summed over pixels, without what is rendered separately, and its
     /// standard error.
     pub fn brightness(&self) -> [f64; 2] {
-        [self.brightness, self.error]
+        [self.chains.brightness, self.chains.error]
     }
 
     fn tracer<'a>(&'a self, scene: &'a Scene, frame: &'a Frame) -> Tracer<'a> {
@@ -102,7 +91,7 @@ impl Mlt {
         let room = || self.tracer(scene, frame);
         let how = (&self.params.mutations[..], lengths);
         let (walks, tallies) =
-            film::run(workers, frame, out, &self.walks, room, |tracer, walk, out| {
+            film::run(workers, frame, out, &self.chains.walks, room, |tracer, walk, out| {
                 walk.advance(tracer, count, how, unit, out)
             })?;
         tallies.iter().for_each(|t| tally.add(t));
@@ -116,13 +105,7 @@ impl Method for Mlt {
     }
 
     fn report(&self) -> Vec<(String, f64)> {
-        let mut report = vec![
-            ("brightness".into(), self.brightness),
-            ("brightness_error".into(), self.error),
-            ("chains".into(), self.walks.len() as f64),
-        ];
-        report.extend(self.tally.report(&Mutation::ALL.map(Mutation::name)));
-        report
+        self.chains.report(&Mutation::ALL.map(Mutation::name))
     }
 
     fn prepare(
@@ -156,11 +139,11 @@ impl Method for Mlt {
             Some(Walk::new(&path, seed, i as u64))
         });
         let walks: Vec<Walk> = walks.collect();
-        (self.brightness, self.error, self.walks) = (seeds.brightness, seeds.error, walks);
+        self.chains = Chains::new(&seeds, walks);
         if self.params.startup == Startup::Discard {
             let mut blank = PassImage::new(frame.size()[0], frame.size()[1], frame.layers.clone());
             let skipped = (u64::from(self.params.discard), 0.0);
-            (self.walks, _) = self.steps((scene, frame), skipped, &mut blank, workers)?;
+            (self.chains.walks, _) = self.steps((scene, frame), skipped, &mut blank, workers)?;
         }
         Ok(())
     }
@@ -184,26 +167,18 @@ impl Method for Mlt {
             workers,
         )?;
         let schedule = Schedule::new(frame, self.params.chains);
-        let unit = schedule.unit(self.brightness);
-        let (walks, tally) = self.steps((scene, frame), (schedule.steps, unit), out, workers)?;
-        self.walks = walks;
-        stats += tally.stats;
-        self.tally.add(&tally);
+        let unit = schedule.unit(self.chains.brightness);
+        let moved = self.steps((scene, frame), (schedule.steps, unit), out, workers)?;
+        stats += moved.1.stats;
+        self.chains.moved(moved);
         Ok(Commit { kind: CommitKind::Average, stats })
     }
 
     fn save(&self, out: &mut dyn Write) -> io::Result<()> {
-        self.walks.save(out)?;
-        self.tally.save(out)
+        self.chains.save(out)
     }
 
     fn load(&mut self, from: &mut dyn Read) -> io::Result<()> {
-        let walks = Vec::<Walk>::load(from)?;
-        if walks.len() != self.walks.len() {
-            return Err(io::Error::other("the number of chains differs"));
-        }
-        self.walks = walks;
-        self.tally = Tally::load(from)?;
-        Ok(())
+        self.chains.load(from)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::bidirectional::Lengths;
 use crate::metropolis::Startup;
-use crate::metropolis::primary::Direct;
+use crate::metropolis::primary::{Direct, common};
 use crate::registry::Parameter;
 use crate::roulette::{Roulette, Survival};
 use crate::strategies::Settings;
@@ -140,41 +140,13 @@ fn mutations<'de, D: serde::Deserializer<'de>>(d: D) -> Result<Vec<Mutation>, D:
 
 /// The parameters with their defaults and meanings.
 pub fn parameters() -> Vec<Parameter> {
-    let d = PathParams::default();
-    let p = |key, default: String, help| Parameter { key, default, help };
-    vec![
-        p(
-            "max_depth",
-            d.max_depth.to_string(),
-            "longest path as pbrt counts (0 emission, 1 direct light; -1 no limit: 64); a scene file's own value comes first",
-        ),
-        p(
-            "only_depth",
-            d.only_depth.to_string(),
-            "only paths of exactly this many bounces; -1 all",
-        ),
-        p("hide_emitters", d.hide_emitters.to_string(), "lights are not seen directly"),
-        p(
-            "direct",
-            "separate".into(),
-            "light of one bounce: separate (a sample of bdpt for each pixel and pass), together (by the chains)",
-        ),
-        p(
-            "mutations",
-            "all".into(),
-            "kinds of mutations: bidirectional, lens, caustic, multichain, with + between them, or all; without bidirectional parts may be left out",
-        ),
-        p("chains", d.chains.to_string(), "Markov chains, at most one a pixel"),
-        p(
-            "bootstrap",
-            d.bootstrap.to_string(),
-            "paths that tell the picture's brightness and where chains start",
-        ),
-        p(
-            "startup",
-            "resample".into(),
-            "resample (no start-up bias), discard (biased: starts anywhere, leaves out first steps)",
-        ),
-        p("discard", d.discard.to_string(), "steps left out with startup=discard"),
-    ]
+    let only_primary = ["large_step", "small_step", "adapt"];
+    let mut list = common();
+    list.retain(|p| !only_primary.contains(&p.key));
+    list.push(Parameter {
+        key: "mutations",
+        default: "all".into(),
+        help: "kinds of mutations: bidirectional, lens, caustic, multichain, with + between them, or all; without bidirectional parts may be left out",
+    });
+    list
 }

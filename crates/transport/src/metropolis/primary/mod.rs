@@ -9,10 +9,11 @@ mod eye_paths;
 mod params;
 mod walk;
 
-pub use params::{Direct, Over, PrimaryParams, multiplexed_parameters, parameters};
+pub use params::{Direct, Over, PrimaryParams, common, multiplexed_parameters, parameters};
 
 use self::estimator::{Estimator, Space};
 use self::walk::{STRATEGIES, State, Steps, Walk, candidate};
+use super::chains::Chains;
 use super::film::{self, Schedule};
 use super::seeds::{Seeds, Startup};
 use super::separate;
@@ -24,7 +25,6 @@ use crate::method::{
     Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule as Passes,
 };
 use crate::path_space::{emission_table, needs_lens};
-use crate::saved::Saved;
 use crate::workers::Workers;
 use kaustika_film::accumulate::PassImage;
 use kaustika_scene::{LightSelection, Scene};
@@ -69,11 +69,8 @@ pub struct PrimarySpace {
     space: Space,
     lights: Option<LightSelection>,
     emission: LightSelection,
-    brightness: f64,
-    error: f64,
     small: f64,
-    walks: Vec<Walk>,
-    tally: Tally,
+    chains: Chains<Walk>,
 }
 
 impl PrimarySpace {
@@ -94,16 +91,13 @@ impl PrimarySpace {
             space,
             lights: None,
             emission: LightSelection::default(),
-            brightness: 0.0,
-            error: 0.0,
-            walks: Vec::new(),
-            tally: Tally::default(),
+            chains: Chains::default(),
         }
     }
 
     /// The picture's brightness, summed over pixels, without what is rendered separately, and its standard error.
     pub fn brightness(&self) -> [f64; 2] {
-        [self.brightness, self.error]
+        [self.chains.brightness, self.chains.error]
     }
 
     fn estimator<'a>(&'a self, scene: &'a Scene, frame: &'a Frame) -> Estimator<'a> {
@@ -200,7 +194,7 @@ impl PrimarySpace {
         let steps = Steps { large: self.params.large_step, small: self.small };
         let room = || self.estimator(scene, frame);
         let (walks, tallies) =
-            film::run(workers, frame, out, &self.walks, room, |estimator, walk, out| {
+            film::run(workers, frame, out, &self.chains.walks, room, |estimator, walk, out| {
                 walk.advance(estimator, count, steps, unit, out)
             })?;
         let mut tally = Tally::new(STRATEGIES.len());
@@ -218,13 +212,8 @@ impl Method for PrimarySpace {
     }
 
     fn report(&self) -> Vec<(String, f64)> {
-        let mut report = vec![
-            ("brightness".into(), self.brightness),
-            ("brightness_error".into(), self.error),
-            ("chains".into(), self.walks.len() as f64),
-            ("small_step".into(), self.small),
-        ];
-        report.extend(self.tally.report(&STRATEGIES));
+        let mut report = self.chains.report(&STRATEGIES);
+        report.push(("small_step".into(), self.small));
         report
     }
 
@@ -247,11 +236,11 @@ impl Method for PrimarySpace {
         let mut stats = PassStats::default();
         let (seeds, walks) =
             self.start((scene, frame), (seed, seed), (chains, all), workers, &mut stats)?;
-        (self.brightness, self.error, self.walks) = (seeds.brightness, seeds.error, walks);
+        self.chains = Chains::new(&seeds, walks);
         if self.params.startup == Startup::Discard {
             let mut blank = PassImage::new(frame.size()[0], frame.size()[1], frame.layers.clone());
             let skipped = (u64::from(self.params.discard), 0.0);
-            (self.walks, _) = self.steps((scene, frame), skipped, &mut blank, workers)?;
+            (self.chains.walks, _) = self.steps((scene, frame), skipped, &mut blank, workers)?;
         }
         Ok(())
     }
@@ -275,26 +264,18 @@ impl Method for PrimarySpace {
             workers,
         )?;
         let schedule = Schedule::new(frame, self.params.chains);
-        let unit = schedule.unit(self.brightness);
-        let (walks, tally) = self.steps((scene, frame), (schedule.steps, unit), out, workers)?;
-        self.walks = walks;
-        stats += tally.stats;
-        self.tally.add(&tally);
+        let unit = schedule.unit(self.chains.brightness);
+        let moved = self.steps((scene, frame), (schedule.steps, unit), out, workers)?;
+        stats += moved.1.stats;
+        self.chains.moved(moved);
         Ok(Commit { kind: CommitKind::Average, stats })
     }
 
     fn save(&self, out: &mut dyn Write) -> io::Result<()> {
-        self.walks.save(out)?;
-        self.tally.save(out)
+        self.chains.save(out)
     }
 
     fn load(&mut self, from: &mut dyn Read) -> io::Result<()> {
-        let walks = Vec::<Walk>::load(from)?;
-        if walks.len() != self.walks.len() {
-            return Err(io::Error::other("the number of chains differs"));
-        }
-        self.walks = walks;
-        self.tally = Tally::load(from)?;
-        Ok(())
+        self.chains.load(from)
     }
 }

@@ -175,14 +175,15 @@ pub fn multiplexed_parameters() -> Vec<Parameter> {
     common()
 }
 
-fn common() -> Vec<Parameter> {
+/// Those of all methods in primary sample space.
+pub fn common() -> Vec<Parameter> {
     let d = PrimaryParams::default();
     let p = |key, default: String, help| Parameter { key, default, help };
     vec![
         p(
             "max_depth",
             d.max_depth.to_string(),
-            "longest path as pbrt counts (0 emission, 1 direct light; -1 no limit); a scene file's own value comes first",
+            "longest path as pbrt counts (0 emission, 1 direct light; -1 no limit: 64 where chains keep to a length or to paths); a scene file's own value comes first",
         ),
         p(
             "only_depth",

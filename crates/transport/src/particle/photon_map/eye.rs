@@ -83,16 +83,13 @@ impl<'a> Eye<'a> {
         let bands = workers.bands(out, rows, Room::default, |room, band| {
             let mut stats = PassStats::default();
             let features = band.wants_features();
-            for y in 0..band.height() {
-                for x in 0..band.width() {
-                    let pixel = [self.frame.region[0] + x, self.frame.region[1] + band.y + y];
-                    let record = self.sample(pixel, index, features, room, &mut stats);
-                    band.add(x, y, &record);
-                }
+            for ([x, y], pixel) in self.frame.places(band) {
+                let record = self.sample(pixel, index, features, room, &mut stats);
+                band.add(x, y, &record);
             }
             stats
         })?;
-        bands.into_iter().for_each(|s| *stats += s);
+        *stats += bands.into_iter().sum();
         Ok(())
     }
 

@@ -89,20 +89,17 @@ impl Method for Vpl {
             || estimator.room(),
             |room, band| {
                 let mut stats = PassStats::default();
-                for y in 0..band.height() {
-                    for x in 0..band.width() {
-                        let pixel = [frame.region[0] + x, frame.region[1] + band.y + y];
-                        let features = band.wants_features();
-                        let record =
-                            estimator.sample(pixel, features, &virtual_lights, room, &mut stats);
-                        band.add(x, y, &record);
-                        band.add_paths(x, y, record.weight, 0, room.layers());
-                    }
+                for ([x, y], pixel) in frame.places(band) {
+                    let features = band.wants_features();
+                    let record =
+                        estimator.sample(pixel, features, &virtual_lights, room, &mut stats);
+                    band.add(x, y, &record);
+                    band.add_paths(x, y, record.weight, 0, room.layers());
                 }
                 stats
             },
         )?;
-        bands.into_iter().for_each(|s| stats += s);
+        stats += bands.into_iter().sum();
         Ok(Commit { kind: CommitKind::Average, stats })
     }
 }

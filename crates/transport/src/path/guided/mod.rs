@@ -237,9 +237,7 @@ impl Method for Guided {
             let bands = workers.bands(out, rows(frame.size()), Wave::new, |wave, band| {
                 wave.trace(&integrator, index, band)
             })?;
-            let mut stats = PassStats::default();
-            bands.into_iter().for_each(|s| stats += s);
-            return Ok(Commit { kind, stats });
+            return Ok(Commit { kind, stats: bands.into_iter().sum() });
         }
         let harvests = self.forests(index, &integrator, out, workers)?;
         let mut stats = PassStats::default();

@@ -116,18 +116,14 @@ impl Method for RayTree {
         let rows = CHUNK.div_ceil(out.width()).max(1);
         let bands = workers.bands(out, rows, Room::default, |room, band| {
             let mut stats = PassStats::default();
-            for y in 0..band.height() {
-                for x in 0..band.width() {
-                    let pixel = [frame.region[0] + x, frame.region[1] + band.y + y];
-                    let features = band.wants_features();
-                    let record = estimator.sample(pixel, index, features, room, &mut stats);
-                    band.add(x, y, &record);
-                }
+            for ([x, y], pixel) in frame.places(band) {
+                let features = band.wants_features();
+                let record = estimator.sample(pixel, index, features, room, &mut stats);
+                band.add(x, y, &record);
             }
             stats
         })?;
-        let mut stats = PassStats::default();
-        bands.into_iter().for_each(|s| stats += s);
+        let stats = bands.into_iter().sum();
         Ok(Commit { kind: CommitKind::Average, stats })
     }
 }
