@@ -82,6 +82,25 @@ fn each_method_is_a_layer_of_path_tracing() {
     }
 }
 
+/// Rough metal under a lamp: both ways to find it count much, and their weights must know of all
+/// rays of either.
+#[test]
+fn weights_of_rays_to_lamps_and_of_glossy_rays_add_up() {
+    let mut stage = Stage::default();
+    let metal = stage.metal(0.35);
+    stage.shape(GeometryDesc::Rectangle, scale(4.0, 4.0, 1.0), metal);
+    stage.lamp(GeometryDesc::Rectangle, at(0.0, 1.0, 1.5) * down() * scale(0.8, 0.8, 1.0), 3.0);
+    let view = look(v(0.0, -2.5, 1.6), v(0.0, 0.0, 0.0));
+    stage.camera(pinhole(45.0), view, SIZE);
+    let scene = stage.build();
+    let path = means(&scene, "path", json!({"max_depth": 1}), 6000, 1350);
+    for (i, (n, rays)) in [(1, 1), (4, 1), (1, 3), (3, 2)].into_iter().enumerate() {
+        let p = json!({"max_depth": 1, "secondary_rays": n, "shadow_rays": rays});
+        let tree = means(&scene, "distributed", p, 3000, 1351 + i as u64);
+        same(&format!("{n} rays, {rays} to the lamp"), &tree[4], &path[4]);
+    }
+}
+
 #[test]
 fn roulette_changes_no_mean() {
     let scene = stage().build();
