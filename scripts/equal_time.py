@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Methods beside each other at equal time (run by hand).
 
-    scripts/equal_time.py SCENE --reference [METHOD=]FILE.exr... (--time 20 | --cpu 20) METHOD[:KEY=VALUE[,KEY=VALUE]...][@LAYER]...
+    scripts/equal_time.py SCENE --reference [METHOD=]FILE.exr... [--cross] (--time 20 | --cpu 20) METHOD[:KEY=VALUE[,KEY=VALUE]...][@LAYER]...
         [--seeds 5] [--resolution WxH] [-p KEY=VALUE]... [--layer NAME=EXPRESSION]... [--below RADIANCE] [--rgb] [--kaustika PROGRAM]
         [--keep FOLDER]
 
@@ -12,7 +12,8 @@ process's user time without that of loading, which is what a single path to one 
     relMSE = mean (x - r)² / (r² + 0.01)
 
 over pixels and channels, against the first reference that another method made (averaged to the picture's size; pixels that are not finite
-there are left out, with --below also those that are brighter); trimmed: without the 0.1 % of largest error. Medians over the seeds;
+there are left out, with --below also those that are brighter). With --cross two references b and c, independent and unbiased, stand in
+for r: mean (x - b)(x - c) / (((b + c)/2)² + 0.01) is on average what it would be without their errors. trimmed: without the 0.1 % of largest error. Medians over the seeds;
 gain: the first method's relMSE times seconds over this one's. reference: how many times the method's passes the reference has, if it is one of
 Kaustika's. The mean ratio shows bias, the picture's and the reference's. METHOD@LAYER: the light of one class of paths, held against that
 layer of the reference.
@@ -47,19 +48,26 @@ def shrunk(reference, height):
     return reference[:h * k, :w * k].reshape(h, k, w, k, 3).mean((1, 3))
 
 
-def errors(x, r, below):
-    """relMSE, trimmed relMSE and ratio of means."""
+def errors(x, b, c, below):
+    """relMSE, trimmed relMSE and ratio of means; b and c are the reference, or two that are independent."""
+    r = (b + c) / 2
     good = np.isfinite(r).all(-1) & (r.max(-1) < below)
-    x, r = x[good], r[good]
-    error = (x - r) ** 2 / (r * r + 0.01)
+    x, b, c, r = x[good], b[good], c[good], r[good]
+    error = (x - b) * (x - c) / (r * r + 0.01)
     trimmed = np.sort(error.mean(-1))[:-max(1, len(error) // 1000)].mean()
     return error.mean(), trimmed, x.mean() / r.mean()
 
 
 def reference_for(method, references):
     """The first reference that another method made."""
+    return references_for(method, references, 1)[0]
+
+
+def references_for(method, references, count):
+    """The first references that other methods made."""
     by = [r.rpartition("=")[::2] for r in references]
-    return next((file for maker, file in by if maker != method), by[0][1])
+    others = [file for maker, file in by if maker != method]
+    return (others if len(others) >= count else [file for _, file in by])[:count]
 
 
 def passes_of(reference):
@@ -133,6 +141,7 @@ def main():
     ap.add_argument("--resolution")
     ap.add_argument("-p", dest="parameters", action="append", default=[])
     ap.add_argument("--layer", action="append", default=[])
+    ap.add_argument("--cross", action="store_true")
     ap.add_argument("--below", type=float, default=np.inf)
     ap.add_argument("--rgb", action="store_true")
     ap.add_argument("--kaustika", default=os.path.join(os.path.dirname(HERE), "target", "release", "kaustika"))
@@ -151,11 +160,12 @@ def main():
                     seconds = a.time
                 name, layer = re.split("[:@]", method)[0], method.partition("@")[2]
                 x = read(program.image, layer)
-                reference = reference_for(name, a.reference)
+                used = references_for(name, a.reference, 2 if a.cross else 1)
+                b, c = (shrunk(read(r, layer), x.shape[0]) for r in (used[0], used[-1]))
                 with open(program.stats) as f:
                     done = json.load(f)["passes"]
-                error = errors(x, shrunk(read(reference, layer), x.shape[0]), a.below)
-                runs[method].append((*error, done, passes_of(reference) / done, seconds))
+                error = errors(x, b, c, a.below)
+                runs[method].append((*error, done, sum(map(passes_of, used)) / done, seconds))
                 if a.keep and seed == 1:
                     os.makedirs(a.keep, exist_ok=True)
                     os.replace(program.image, os.path.join(a.keep, method + ".exr"))

@@ -173,6 +173,11 @@ impl Scene {
         !self.media.is_empty()
     }
 
+    /// All media.
+    pub fn media(&self) -> &[Medium] {
+        &self.media
+    }
+
     /// The medium with this number.
     #[inline]
     pub fn medium(&self, id: MediumId) -> &Medium {

@@ -24,7 +24,7 @@ pub struct MethodInfo {
     pub misses: &'static str,
     /// What its expectation is.
     pub bias: Bias,
-    /// True if it renders participating media.
+    /// True if it renders participating media; what it can't it refuses when it is prepared.
     pub media: bool,
     /// True if it knows the classes of its paths, for layers by path.
     pub layers: bool,

@@ -63,6 +63,11 @@ impl Medium {
         unit.intersect(local.o, local.d, t_max)
     }
 
+    /// True if the coefficients vary from place to place.
+    pub fn varies(&self) -> bool {
+        self.majorants.is_some()
+    }
+
     /// The coefficients for light along `w`, if they are the same everywhere.
     #[inline]
     pub fn uniform(&self, w: Vec3, lambda: &Wavelengths) -> Option<Coefficients> {

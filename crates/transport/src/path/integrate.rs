@@ -57,6 +57,8 @@ pub struct PathSample {
 pub(super) struct LightRay {
     pub(super) segment: Segment,
     pub(super) radiance: Spectrum,
+    /// True if the light is infinitely far.
+    pub(super) far: bool,
 }
 
 /// What a path found at one of its vertices.
@@ -349,6 +351,7 @@ impl<'a> Integrator<'a> {
         }
         let w = if l.delta { 1.0 } else { self.mis.light(p * l.pdf_w, density(l.wi, pdf_b)) }; // (3)
         let segment = scene.shadow_ray(surface, l);
-        (w > 0.0).then(|| LightRay { segment, radiance: f * l.le * (w / (p * l.pdf_w)) })
+        let radiance = f * l.le * (w / (p * l.pdf_w));
+        (w > 0.0).then(|| LightRay { segment, radiance, far: light.is_infinite() })
     }
 }

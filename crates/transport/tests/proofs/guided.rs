@@ -3,6 +3,7 @@
 
 use crate::bidirectional::{SIZE, agree, means, means_of, room};
 use crate::breaks::threads_and_breaks;
+use crate::media::{Form, filled, hg, medium, rgb};
 use crate::scenes::*;
 use kaustika_film::FilterDesc;
 use kaustika_film::accumulate::{Feature, Layers, PassImage};
@@ -96,6 +97,55 @@ fn branches_that_lose_wavelengths_keep_their_light() {
         let found = means_of(&scene, Box::new(method), 800, 2061 + i as u64);
         agree(&format!("{rule}, spectral"), &found, &path);
     }
+}
+
+/// [`furnished`], filled with what absorbs and glows, a box of something denser, coloured glass.
+fn hazy() -> Stage {
+    let mut stage = furnished();
+    let absorbing = |c: [f32; 3]| {
+        let mut m = medium(Form::Even, 1.0, 0.0, hg(0.0));
+        let (sigma_t, none) = (FieldDesc::Constant(rgb(c)), FieldDesc::Constant(grey(0.0)));
+        m.coefficients = CoefficientsDesc::ExtinctionAlbedo(sigma_t, none);
+        m
+    };
+    let mut haze = absorbing([0.2, 0.1, 0.4]);
+    let source = GlowSource::Radiance(FieldDesc::Constant(grey(0.1)));
+    haze.glow = Some(GlowDesc { source, scale: 1.0, grid: None });
+    stage.d.media.push(haze);
+    let all = Some(MediumId(stage.d.media.len() as u32 - 1));
+    stage.d.cameras[0].medium = all;
+    let t = at(-0.3, 0.1, 0.6) * scale(0.2, 0.2, 0.3);
+    filled(&mut stage, GeometryDesc::Cube, t, absorbing([1.0, 3.0, 2.0]));
+    stage.d.shapes.last_mut().expect("the box").exterior = all;
+    let glass = stage.glass(1.5, 0.0);
+    stage.d.media.push(absorbing([4.0, 0.5, 2.0]));
+    let inside = Some(MediumId(stage.d.media.len() as u32 - 1));
+    let ball = stage.shape(sphere(0.2), at(0.0, -0.6, 0.5), glass);
+    (ball.interior, ball.exterior) = (inside, all);
+    stage
+}
+
+#[test]
+fn what_absorbs_weakens_guided_light() {
+    let scene = hazy().build();
+    let path = means(&scene, "path", json!({"max_depth": 5}), 3000, 2080);
+    for (i, rule) in ["none", "adjoint", "efficiency"].into_iter().enumerate() {
+        let p = json!({"max_depth": 5, "roulette": rule, "warmup": 3});
+        let found = means_of(&scene, Box::new(guided(p)), 700, 2081 + i as u64);
+        agree(&format!("{rule}, absorbed"), &found, &path);
+    }
+}
+
+#[test]
+fn media_that_scatter_are_refused() {
+    let mut stage = furnished();
+    filled(&mut stage, GeometryDesc::Cube, HERE, medium(Form::Even, 1.0, 0.5, hg(0.0)));
+    let scene = stage.build();
+    let config = SamplerConfig { kind: SamplerKind::Sobol, seed: 4, spp: 1, resolution: SIZE };
+    let frame = Frame::new(SIZE, FilterDesc::BOX, config);
+    let workers = Workers::new(1, Arc::new(AtomicBool::new(false))).expect("a thread");
+    let refused = guided(json!({})).prepare(&scene, &frame, &workers);
+    assert!(refused.expect_err("refused").to_string().contains("media that absorb"));
 }
 
 #[test]

@@ -17,6 +17,7 @@
 //! Good where light comes from few directions: doors that stand ajar, lamps in shades, windows.
 //! What nobody has found yet, nobody can learn: caustics of small lamps want `bdpt` or `vcm`.
 
+mod absorption;
 mod params;
 mod trace;
 
@@ -24,8 +25,8 @@ pub use params::{GuidedParams, parameters};
 
 use self::trace::{Forest, Guides, Harvest};
 use super::integrate::Integrator;
-use super::rows;
 use super::wave::Wave;
+use super::{rows, trace_alone};
 use crate::frame::Frame;
 use crate::guiding::{AnyField, Pixels};
 use crate::lights;
@@ -49,7 +50,7 @@ pub static INFO: MethodInfo = MethodInfo {
     path_class: "L(D|S)*E",
     misses: "light of points, spots, directions and beams that mirrors or clear glass turn first: L S_M+ ...",
     bias: Bias::Unbiased,
-    media: false,
+    media: true,
     layers: false,
     schedule: Schedule::Sequential,
     one_spp: "one camera path, or tree of paths, a pixel",
@@ -70,8 +71,9 @@ const MOST_WEIGHT: f32 = 1e3;
 /// Time for a ray of a tree over that of a plain path's: measured, see docs/guided.md.
 const DEARER: f32 = 2.0;
 /// When plain and guided paths are compared: passes done, and how many times dearer the guided
-/// may be. Between the two, more learning makes up for a factor of six at most on our scenes.
-const TRIALS: [(u64, f32); 2] = [(31, 6.0), (127, 1.0)];
+/// may be, over the relative variance of a plain sample. The greater that is, the more can still be
+/// gained, and the more of it one pass of plain paths has missed.
+const TRIALS: [(u64, f32); 2] = [(31, 1.0), (127, 0.125)];
 
 /// The method.
 #[derive(Debug)]
@@ -173,14 +175,26 @@ impl Guided {
             if index == 0 {
                 self.plain_cost = cost;
             }
-            let trial = TRIALS.iter().find(|(passes, _)| *passes == index + 1);
-            if let (Some((_, most)), true) = (trial, self.params.fallback) {
-                self.plain = variance * cost * DEARER > most * plain * self.plain_cost;
-                if self.plain {
-                    self.weight = 1.0;
-                }
+            if self.params.fallback && !self.pays(index + 1, variance * cost) {
+                self.plain = true;
+                self.weight = 1.0;
             }
         }
+    }
+}
+
+impl Guided {
+    /// False if plain paths should go on after so many passes, where variance times cost is
+    /// `product` now.
+    fn pays(&self, passes: u64, product: f32) -> bool {
+        let plain = self.pixels.plain();
+        if passes == 1 {
+            // Even without variance trees would not be worth their time.
+            return plain > DEARER;
+        }
+        TRIALS.iter().find(|(at, _)| *at == passes).is_none_or(|(_, share)| {
+            product * DEARER <= (share * plain).max(1.0) * plain * self.plain_cost
+        })
     }
 }
 
@@ -214,9 +228,10 @@ impl Method for Guided {
         frame: &Frame,
         workers: &Workers,
     ) -> Result<(), RenderError> {
+        absorption::absorb_only(scene)?;
         let [width, height] = frame.size().map(|n| n as usize);
         self.pixels = Pixels::new(width, height);
-        if self.params.mis.samples_lights() {
+        if self.params.mis.samples_lights() && !scene.has_media() {
             self.lights = lights::learn(scene, frame, self.of_path.max_bounces(), workers);
         }
         Ok(())
@@ -234,9 +249,13 @@ impl Method for Guided {
         let integrator = Integrator::new(scene, frame, &self.of_path).with_lights(lights);
         let kind = CommitKind::Weighted(self.weight);
         if self.plain {
-            let bands = workers.bands(out, rows(frame.size()), Wave::new, |wave, band| {
-                wave.trace(&integrator, index, band)
-            })?;
+            let bands =
+                workers.bands(out, rows(frame.size()), Wave::new, |wave, band| {
+                    match scene.has_media() {
+                        true => trace_alone(&integrator, index, band),
+                        false => wave.trace(&integrator, index, band),
+                    }
+                })?;
             return Ok(Commit { kind, stats: bands.into_iter().sum() });
         }
         let harvests = self.forests(index, &integrator, out, workers)?;

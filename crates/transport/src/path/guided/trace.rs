@@ -11,6 +11,7 @@
 
 use super::super::integrate::{Integrator, MAX_PASSAGES};
 use super::super::walk::{Previous, Walk};
+use super::absorption::{Absorption, transmittance};
 use crate::features::describe;
 use crate::guiding::{AnyField, MixedBsdf, is_matte};
 use crate::method::PassStats;
@@ -20,6 +21,7 @@ use kaustika_film::accumulate::{PixelBand, PixelRecord};
 use kaustika_math::Vec2;
 use kaustika_sampling::Sampler;
 use kaustika_scene::bsdf::{Bsdf, Lobes, Mode};
+use kaustika_scene::description::MediumId;
 use kaustika_scene::{Hit, RayBatch, Segment};
 use kaustika_spectra::Spectrum;
 
@@ -52,6 +54,8 @@ struct Branch<'a> {
     tree: u32,
     /// As [`Collision::scattered`].
     scattered: u32,
+    /// What its ray goes through.
+    medium: Option<MediumId>,
 }
 
 /// What is kept of a tree.
@@ -79,6 +83,8 @@ pub(super) struct Forest<'a> {
     nodes: Vec<Node>,
     trees: Vec<Tree>,
     bsdf: Bsdf<'a>,
+    /// For surfaces that shadow rays pass.
+    passed: Bsdf<'a>,
 }
 
 /// What a band of pixels gives besides its picture.
@@ -146,7 +152,8 @@ impl<'a> Forest<'a> {
                 rays: 0,
             });
             let tree = tree as u32;
-            self.branches.push(Branch { walk, sampler, node: tree, tree, scattered: 0 });
+            let medium = integrator.scene().camera_medium;
+            self.branches.push(Branch { walk, sampler, node: tree, tree, scattered: 0, medium });
         }
     }
 
@@ -194,6 +201,25 @@ impl<'a> Forest<'a> {
         stats.closest_rays += 1;
         self.trees[branch.tree as usize].rays += 1;
         let (ray, shown) = (walk.segment.ray, integrator.shows(walk.depth));
+        if let Some(id) = branch.medium {
+            let length = hit.map_or(f32::INFINITY, |hit| hit.t);
+            let way = Absorption::along(scene.medium(id), &ray, length, &walk.lambda);
+            if integrator.counts(walk.depth) {
+                self.nodes[node].found += way.glow;
+            }
+            self.nodes[node].distance += length;
+            if way.t.is_black() {
+                return;
+            }
+            walk.beta *= way.t;
+            // What comes through stands in a node of its own.
+            let number = self.nodes.len() as u32;
+            let hero = walk.lambda.secondary_terminated();
+            let through = Node { hero, w: ray.d, weight: way.t, ..Node::copy(branch.node, ray.o) };
+            self.nodes.push(through);
+            branch.node = number;
+        }
+        let node = branch.node as usize;
         let Some(hit) = hit else {
             self.nodes[node].distance = f32::INFINITY;
             if shown {
@@ -216,6 +242,7 @@ impl<'a> Forest<'a> {
         let ended = walk.lambda.secondary_terminated();
         if !scene.bsdf_into(&surface, wo, &mut walk.lambda, &mut self.bsdf) {
             walk.passages += 1;
+            branch.medium = scene.medium_beyond(&surface, ray.d, branch.medium);
             walk.segment = Segment { ray: surface.spawn(ray.d), t_max: f32::INFINITY };
             if walk.passages <= MAX_PASSAGES {
                 self.next.push(branch);
@@ -301,8 +328,16 @@ impl<'a> Forest<'a> {
                     stats.shadow_rays += 1;
                     tree.rays += 1;
                     child.asked = true;
-                    self.shadow_rays.push(light.segment);
-                    self.lit.push((number, light.radiance));
+                    if scene.has_media() {
+                        let d = light.segment.ray.d;
+                        let medium = scene.medium_beyond(&surface, d, branch.medium);
+                        let room = &mut self.passed;
+                        let t = transmittance(scene, &light, medium, &walk.lambda, room);
+                        child.direct = light.radiance * t;
+                    } else {
+                        self.shadow_rays.push(light.segment);
+                        self.lit.push((number, light.radiance));
+                    }
                 }
             }
             let drawn = mixed.sample(wo, u[5], Vec2::new(u[2], u[3]), Mode::Radiance);
@@ -337,7 +372,8 @@ impl<'a> Forest<'a> {
                     next.segment = Segment { ray: surface.spawn(s.bsdf.wi), t_max: f32::INFINITY };
                     let scattered = branch.scattered + u32::from(!delta);
                     let (node, tree) = (number, branch.tree);
-                    self.next.push(Branch { walk: next, sampler, node, tree, scattered });
+                    let medium = scene.medium_beyond(&surface, s.bsdf.wi, branch.medium);
+                    self.next.push(Branch { walk: next, sampler, node, tree, scattered, medium });
                 }
             }
             self.nodes.push(child);
