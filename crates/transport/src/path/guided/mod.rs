@@ -20,6 +20,7 @@
 mod absorption;
 mod params;
 mod trace;
+mod vertex;
 
 pub use params::{GuidedParams, parameters};
 
