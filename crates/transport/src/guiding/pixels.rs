@@ -1,10 +1,11 @@
 //! What the pixels are worth: the measurement I of each, and the picture's variance.
 //!
 //! ```text
-//! V̄ = mean over pixels and samples of (x - I)² / (I² + ε²)                                (1)
+//! V̄ = mean over pixels and passes of ½ (xᵢ - xᵢ₋₁)² / (I² + ε²)                           (1)
 //! ```
 //!
-//! Both are guesses from passes that went before, smoothed; they steer and are never seen.
+//! Both are guesses from passes that went before; they steer and are never seen. I is smoothed, and
+//! wrong where the picture has edges: differences between passes do not see that.
 
 use crate::saved::saved;
 
@@ -23,14 +24,16 @@ pub struct Pixels {
     passes: u32,
     /// The first pass, of plain paths.
     first: Vec<f32>,
-    /// Σ over passes of (1), over the passes of this iteration.
+    /// The pass before in this iteration.
+    before: Vec<f32>,
+    /// Σ of (1) over the pairs of passes of this iteration, and how many.
     errors: f64,
-    of_iteration: u32,
+    pairs: u32,
     /// I, never 0; empty while nothing is known.
     measurements: Vec<f32>,
 }
 
-saved!(Pixels { width, sums, passes, first, errors, of_iteration, measurements });
+saved!(Pixels { width, sums, passes, first, before, errors, pairs, measurements });
 
 impl Pixels {
     /// Of a picture of this size, nothing known.
@@ -40,8 +43,9 @@ impl Pixels {
             sums: vec![0.0; width * height],
             passes: 0,
             first: Vec::new(),
+            before: Vec::new(),
             errors: 0.0,
-            of_iteration: 0,
+            pairs: 0,
             measurements: Vec::new(),
         }
     }
@@ -71,14 +75,18 @@ impl Pixels {
             self.first = values.to_vec();
             self.smooth();
         }
-        self.errors += self.error(values);
-        self.of_iteration += 1;
+        if !self.before.is_empty() {
+            self.errors +=
+                0.5 * self.square(values.iter().copied().zip(self.before.iter().copied()));
+            self.pairs += 1;
+        }
+        self.before = values.to_vec();
     }
 
-    /// (1) of one pass.
-    fn error(&self, values: &[f32]) -> f64 {
-        let error = |(x, i): (&f32, &f32)| f64::from(((x - i) / i).powi(2));
-        let mut errors: Vec<f64> = values.iter().zip(&self.measurements).map(error).collect();
+    /// Mean over the pixels of (a - b)² / I², for a pair a, b of each.
+    fn square(&self, pairs: impl Iterator<Item = (f32, f32)>) -> f64 {
+        let error = |((a, b), i): ((f32, f32), &f32)| f64::from(((a - b) / i).powi(2));
+        let mut errors: Vec<f64> = pairs.zip(&self.measurements).map(error).collect();
         let kept = errors.len() - (errors.len() as f64 * OUTLIERS).ceil() as usize;
         if kept == 0 {
             return 0.0;
@@ -87,17 +95,25 @@ impl Pixels {
         errors[..kept].iter().sum::<f64>() / kept as f64
     }
 
-    /// Ends an iteration: V̄ of its samples, if it is not nothing.
+    /// Ends an iteration: V̄ of its samples, if it had two passes and they were not alike.
     pub fn end(&mut self) -> Option<f32> {
-        let variance = (self.errors / f64::from(self.of_iteration.max(1))) as f32;
-        (self.errors, self.of_iteration) = (0.0, 0);
+        let variance = (self.errors / f64::from(self.pairs.max(1))) as f32;
+        (self.errors, self.pairs) = (0.0, 0);
+        self.before.clear();
         self.smooth();
         (variance > 0.0).then_some(variance)
     }
 
-    /// V̄ of the plain paths of the first pass.
+    /// V̄ of the plain paths of the first pass: how far they are from the mean of n others, whose
+    /// own error is taken to be 1/n of theirs. 0 as long as there are none.
     pub fn plain(&self) -> f32 {
-        self.error(&self.first) as f32
+        let n = self.passes.saturating_sub(1);
+        if n == 0 {
+            return 0.0;
+        }
+        let rest = |(sum, first): (&f32, &f32)| (*first, (sum - first) / n as f32);
+        let square = self.square(self.sums.iter().zip(&self.first).map(rest));
+        (square * f64::from(n) / f64::from(n + 1)) as f32
     }
 
     /// I from the sums: means over a window, values far above their surroundings cut.

@@ -12,7 +12,7 @@
 //! over the variance of the passes before.
 //!
 //! Trees cost more than plain paths side by side: if after some passes variance times cost is not
-//! less than it was in the first pass, which knew nothing, plain paths go on.
+//! small enough beside that of the first pass, which knew nothing, plain paths go on.
 //!
 //! Good where light comes from few directions: doors that stand ajar, lamps in shades, windows.
 //! What nobody has found yet, nobody can learn: caustics of small lamps want `bdpt` or `vcm`.
@@ -169,13 +169,13 @@ impl Guided {
             let done = (index + 2 - passes) as f64;
             let cost = (self.cost / (done * values.len() as f64)) as f32;
             self.cost = 0.0;
+            if index == 0 {
+                self.plain_cost = cost;
+            }
             let Some(variance) = self.pixels.end() else { return };
             self.totals = Some(Totals { variance, cost });
             let plain = self.pixels.plain();
             self.weight = (plain / variance).clamp(1.0 / MOST_WEIGHT, MOST_WEIGHT);
-            if index == 0 {
-                self.plain_cost = cost;
-            }
             if self.params.fallback && !self.pays(index + 1, variance * cost) {
                 self.plain = true;
                 self.weight = 1.0;
@@ -185,11 +185,11 @@ impl Guided {
 }
 
 impl Guided {
-    /// False if plain paths should go on after so many passes, where variance times cost is
-    /// `product` now.
+    /// False if plain paths should go on after the iteration that ends at so many passes, where
+    /// variance times cost is `product` now.
     fn pays(&self, passes: u64, product: f32) -> bool {
         let plain = self.pixels.plain();
-        if passes == 1 {
+        if passes == 3 {
             // Even without variance trees would not be worth their time.
             return plain > DEARER;
         }

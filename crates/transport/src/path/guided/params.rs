@@ -50,7 +50,7 @@ impl Default for GuidedParams {
         GuidedParams {
             max_depth: path.max_depth,
             rr_depth: path.rr_depth,
-            roulette: Rule::Efficiency,
+            roulette: Rule::Adjoint,
             rr_threshold: path.rr_threshold,
             mis: path.mis,
             hide_emitters: path.hide_emitters,
@@ -107,7 +107,7 @@ pub fn parameters() -> Vec<Parameter> {
         .into_iter()
         .filter(|p| p.key != "polarized")
         .map(|of_path| match of_path.key {
-            "roulette" => Parameter { default: "efficiency".into(), ..of_path },
+            "roulette" => Parameter { default: "adjoint".into(), ..of_path },
             _ => of_path,
         })
         .collect();
@@ -130,7 +130,7 @@ pub fn parameters() -> Vec<Parameter> {
         p(
             "fallback",
             d.fallback.to_string(),
-            "true: if 1, 31 or 127 passes show that learning does not pay, plain paths go on",
+            "true: if 3, 31 or 127 passes show that learning does not pay, plain paths go on",
         ),
         p("splitting", d.splitting.to_string(), "false: rules that split play roulette alone"),
         p("window", d.window.to_string(), "size of the weight window of the rule `adjoint`"),
