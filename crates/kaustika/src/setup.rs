@@ -339,13 +339,16 @@ fn parameters(
     map
 }
 
-/// Each parameter of the user's on its own, so that the wrong one can be named.
+/// Each parameter of the user's on its own, so that the wrong one can be named. What is wrong alone may be
+/// right together with others.
 fn check_parameters(
     entry: &registry::Entry,
     known: &[registry::Parameter],
     given: &[(String, String)],
 ) -> Result<(), SetupError> {
     let method = entry.info.name;
+    let all = Map::from_iter(given.iter().map(|(key, value)| (key.clone(), scalar(value))));
+    let fit = (entry.make)(&all).is_ok();
     for (key, value) in given {
         if !known.iter().any(|p| p.key == key) {
             let keys: Vec<&str> = known.iter().map(|p| p.key).collect();
@@ -357,7 +360,7 @@ fn check_parameters(
             return Err(SetupError::Choice(message));
         }
         let alone = Map::from_iter([(key.clone(), scalar(value))]);
-        if let Err(e) = (entry.make)(&alone) {
+        if let (false, Err(e)) = (fit, (entry.make)(&alone)) {
             let message = format!("parameter `{key}` of method `{method}`: {}", in_words(&e));
             return Err(SetupError::Choice(message));
         }

@@ -39,7 +39,7 @@ pub use light::{
     AreaLight, AreaShape, EmittedRay, Escaped, LearnedLights, Light, LightChoice, LightSample,
     LightSelection, LightSelectionKind, ShadingPoint,
 };
-pub use material::{Looks, Materials};
+pub use material::{Looks, Materials, Tint};
 pub use medium::Medium;
 pub use scene::{Scene, ShapeInfo};
 pub use shape::ShapeSample;

@@ -25,7 +25,7 @@ use crate::surface::Surface;
 use crate::texture::{TexturePoint, Textures};
 use kaustika_math::{Frame, Vec3, mix_bits};
 use kaustika_spectra::{ColorMode, Spectrum, Wavelengths};
-pub use looks::Looks;
+pub use looks::{Looks, Tint};
 use oriented::is_oriented;
 use std::cell::OnceCell;
 use std::f32::consts::FRAC_1_SQRT_2;

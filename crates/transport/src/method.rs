@@ -118,6 +118,19 @@ pub enum RenderError {
     Failed(String),
 }
 
+/// Light on surfaces as a texture, linear RGB.
+#[derive(Clone, Debug)]
+pub struct LightMap {
+    /// Width and height in texels.
+    pub size: [u32; 2],
+    /// Radiance, W/(m² sr), row by row from the top.
+    pub radiance: Vec<[f32; 3]>,
+    /// Irradiance, W/m².
+    pub irradiance: Vec<[f32; 3]>,
+    /// The surfaces, with uv on the texture.
+    pub mesh: TriMesh,
+}
+
 /// A progressive estimator of an image, run in numbered passes.
 ///
 /// Within a pass shared state is frozen; nothing depends on time, threads or budgets, so that
@@ -181,6 +194,12 @@ pub trait Method: Send {
     /// The light on all surfaces, after [`Method::prepare`]: a mesh with the attributes
     /// `vertex_color` (radiance, W/(m² sr)) and `vertex_irradiance` (W/m²), linear RGB.
     fn baked(&self, _scene: &Scene) -> Option<TriMesh> {
+        None
+    }
+
+    /// The light on all surfaces as a texture, after [`Method::prepare`]; `None` if there is none, or if it
+    /// would be too large.
+    fn light_map(&self, _scene: &Scene) -> Option<LightMap> {
         None
     }
 

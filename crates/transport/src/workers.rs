@@ -11,6 +11,17 @@ use std::sync::{Arc, Mutex, PoisonError};
 pub struct Workers {
     pool: Arc<rayon::ThreadPool>,
     cancel: Arc<AtomicBool>,
+    listener: Option<Listener>,
+}
+
+/// Whoever is told how a method gets ready.
+#[derive(Clone)]
+struct Listener(Arc<dyn Fn(&str) + Send + Sync>);
+
+impl std::fmt::Debug for Listener {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str("Listener")
+    }
 }
 
 impl Workers {
@@ -23,7 +34,21 @@ impl Workers {
             .num_threads(threads)
             .build()
             .map_err(|e| RenderError::Failed(format!("can't start threads: {e}")))?;
-        Ok(Workers { pool: Arc::new(pool), cancel })
+        Ok(Workers { pool: Arc::new(pool), cancel, listener: None })
+    }
+
+    /// With someone who is told how methods get ready for their first pass.
+    #[must_use]
+    pub fn told_to(mut self, listener: impl Fn(&str) + Send + Sync + 'static) -> Workers {
+        self.listener = Some(Listener(Arc::new(listener)));
+        self
+    }
+
+    /// Says how far a method is on its way to the first pass, to whoever listens. Cheap if nobody does.
+    pub fn tell(&self, text: impl FnOnce() -> String) {
+        if let Some(listener) = &self.listener {
+            (listener.0)(&text());
+        }
     }
 
     /// Number of threads.

@@ -126,8 +126,9 @@ pub struct RenderArgs {
     #[arg(long, value_name = "FILTER", num_args = 0..=1, require_equals = true,
         default_missing_value = "kaustika")]
     pub denoise: Option<Denoiser>,
-    /// Also write the light on all surfaces, at the vertices of a mesh: .ply or .glb; of methods that
-    /// know it whatever the view (radiosity)
+    /// Also write the light on all surfaces: at the vertices of a mesh (.ply, .glb), or as a light map
+    /// (.exr) with the mesh that it belongs on beside it (.ply); of methods that know it whatever the
+    /// view (radiosity)
     #[arg(long, value_name = "FILE")]
     pub bake: Option<PathBuf>,
     /// How values become colours in .png and .jpg
@@ -282,6 +283,10 @@ pub struct FlyArgs {
     /// Folder for the frames: 0000.png and so on
     #[arg(short, long, value_name = "FOLDER")]
     pub output: Option<PathBuf>,
+    /// Show this mesh with its own colours in place of the scene's surfaces and lights: light that
+    /// `render -m radiosity --bake FILE.ply` found
+    #[arg(long, value_name = "FILE.ply")]
+    pub baked: Option<PathBuf>,
     /// Frames of the flight
     #[arg(long, value_name = "N", default_value_t = 120, value_parser = count, allow_hyphen_values = true)]
     pub frames: u64,

@@ -4,9 +4,10 @@ use super::args::FlyArgs;
 use super::failure::Failure;
 use super::{diagnostics, interrupt, picture, stdout};
 use kaustika::film::Picture;
+use kaustika::formats::mesh::{MeshOptions, read_mesh};
 use kaustika::math::Vec2;
 use kaustika::transport::Workers;
-use kaustika::transport::zbuffer::{self, Flight, Rasterizer, ZBufferParams};
+use kaustika::transport::zbuffer::{self, Flight, Painted, Rasterizer, ZBufferParams};
 use kaustika::{RenderOptions, Setup, SetupError, builtin, load};
 use serde_json::{Value, json};
 use std::path::Path;
@@ -65,6 +66,7 @@ fn fly(args: &FlyArgs, setup: &Setup, workers: &Workers) -> Result<Vec<f64>, Fai
     let mut rasterizer = workers.install(|| Rasterizer::new(scene, &params));
     let flight =
         workers.install(|| Flight::new(scene, &mut rasterizer, (&camera, &start), args.swing));
+    let mut painted = args.baked.as_deref().map(painted).transpose()?;
     let mut seconds = Vec::new();
     for i in 0..args.frames {
         if workers.cancelled() {
@@ -73,24 +75,44 @@ fn fly(args: &FlyArgs, setup: &Setup, workers: &Workers) -> Result<Vec<f64>, Fai
         let camera = flight.camera(i as f32 / args.frames as f32);
         let begin = Instant::now();
         let view = zbuffer::view(scene, &camera, frame, middle).map_err(Failure::input)?;
-        workers.install(|| rasterizer.draw(scene, &view));
+        workers.install(|| match &mut painted {
+            Some(painted) => painted.draw(scene, &view),
+            None => rasterizer.draw(scene, &view),
+        });
         seconds.push(begin.elapsed().as_secs_f64());
         if let Some(folder) = &args.output {
-            write(args, folder, i, &rasterizer, frame.size())?;
+            let color = |x, y| match &painted {
+                Some(painted) => painted.color(x, y),
+                None => rasterizer.color(x, y),
+            };
+            write(args, folder, i, color, frame.size())?;
         }
     }
     seconds.sort_by(f64::total_cmp);
     Ok(seconds)
 }
 
+/// A mesh with light baked in.
+fn painted(path: &Path) -> Result<Painted, Failure> {
+    let mesh = read_mesh(path, &MeshOptions::default()).map_err(Failure::input)?;
+    Painted::new(&mesh).ok_or_else(|| {
+        let path = path.display();
+        let message = format!(
+            "{path}: the mesh has no colours at its vertices (r, g, b); `kaustika render -m radiosity \
+             --bake {path}` writes them"
+        );
+        Failure::Input(message)
+    })
+}
+
 fn write(
     args: &FlyArgs,
     folder: &Path,
     i: u64,
-    rasterizer: &Rasterizer,
+    color: impl Fn(u32, u32) -> [f32; 3],
     [w, h]: [u32; 2],
 ) -> Result<(), Failure> {
-    let pixels: Vec<[f32; 3]> = (0..w * h).map(|k| rasterizer.color(k % w, k / w)).collect();
+    let pixels: Vec<[f32; 3]> = (0..w * h).map(|k| color(k % w, k / w)).collect();
     let path = folder.join(format!("{i:04}.png"));
     picture::write(&[path], &Picture::from_rgb(w, h, &pixels), &args.look)
 }

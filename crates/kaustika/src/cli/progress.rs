@@ -6,6 +6,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use kaustika::film::accumulate::PassTree;
 use kaustika::transport::{Observer, Progress};
 use std::io::{IsTerminal, Write, stderr};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Time between two lines where there is no terminal.
@@ -96,6 +97,27 @@ impl Observer for Watch {
         if let Some(viewer) = &mut self.viewer {
             viewer.update(tree);
         }
+    }
+}
+
+/// Tells of the way to the first pass: over one line of a terminal, a line now and then elsewhere.
+pub fn preparing() -> impl Fn(&str) + Send + Sync + 'static {
+    let is_terminal = stderr().is_terminal();
+    let interval = if is_terminal { Duration::from_millis(200) } else { LINE_INTERVAL };
+    let last = Mutex::new(Instant::now());
+    move |text| {
+        let mut last = last.lock().unwrap_or_else(PoisonError::into_inner);
+        if last.elapsed() < interval {
+            return;
+        }
+        *last = Instant::now();
+        let mut out = stderr().lock();
+        let told = match is_terminal {
+            // Erased to its end: the next line may be shorter. A bar takes its place later.
+            true => write!(out, "\r{text}\x1b[K\r"),
+            false => writeln!(out, "{text}"),
+        };
+        let _ = told.and_then(|()| out.flush());
     }
 }
 

@@ -3,6 +3,7 @@
 use super::args::RenderArgs;
 use super::failure::Failure;
 use super::job::Job;
+use super::progress::preparing;
 use super::viewer::Viewer;
 use super::{bake, diagnostics, interrupt, picture};
 use kaustika::scene::description::SceneDescription;
@@ -27,6 +28,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     });
     let viewer = viewer.transpose()?;
     let workers = Workers::new(args.threads, cancel).map_err(Failure::input)?;
+    let workers = if args.quiet { workers } else { workers.told_to(preparing()) };
     let mut phases = Phases::default();
 
     let start = Instant::now();
@@ -52,9 +54,9 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let rendered = job.render(&mut session, &workers, spp, viewer);
     job.deliver(&session, &workers, phases, rendered)?;
     args.bake.as_deref().map_or(Ok(()), |path| {
-        bake::write(path, &scene, &*session.method)?;
+        let written = bake::write(path, &scene, &*session.method)?;
         if !args.quiet {
-            picture::tell(&[path.into()]);
+            picture::tell(&written);
         }
         Ok(())
     })

@@ -346,3 +346,36 @@ fn polarization_is_asked_for_by_the_scene_or_by_name() {
     p.ok("render ball.pbrt -q --spp 2 -p polarized=true -o ball.exr");
     assert!(p.picture("ball.exr").channel("DoP.B").is_some());
 }
+
+#[test]
+fn a_flight_is_drawn_and_timed() {
+    let p = Place::new();
+    std::fs::create_dir(p.path("frames")).unwrap();
+    let fly = "fly ball.pbrt --frames 3 --resolution 32x24 --swing 10";
+    let told = p.ok(&format!("{fly} -o frames"));
+    assert!(told.contains("3 frames of 32 x 24: median"), "{told}");
+    let frames = ["frames/0000.png", "frames/0001.png", "frames/0002.png"].map(|f| p.picture(f));
+    assert!(!p.has("frames/0003.png"));
+    for frame in &frames {
+        assert_eq!((frame.width, frame.height), (32, 24));
+        assert!(frame.rgb().unwrap().pixels().flatten().any(|c| c > 0.0));
+    }
+    // The first is what the camera shows, the others are from elsewhere.
+    assert!(differing_values(&frames[0], &frames[1]) > 100);
+    let told = json(&p.ok(&format!("{fly} --json -t 1")));
+    assert_eq!((&told["frames"], &told["threads"]), (&3.into(), &1.into()));
+    assert!(told["median_ms"].as_f64().unwrap() <= told["p99_ms"].as_f64().unwrap());
+
+    // Light that was baked is shown instead of the scene's.
+    p.ok("render ball.pbrt -q -m radiosity -p patches=500 --spp 1 -o a.exr --bake a.ply");
+    std::fs::create_dir(p.path("baked")).unwrap();
+    p.ok(&format!("{fly} --baked a.ply -o baked"));
+    let baked = p.picture("baked/0000.png");
+    assert!(baked.rgb().unwrap().pixels().flatten().any(|c| c > 0.0));
+    assert!(differing_values(&baked, &frames[0]) > 100);
+
+    p.write("bare.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
+    assert!(p.fails(1, &format!("{fly} --baked bare.ply")).contains("no colours at its vertices"));
+    assert!(p.fails(1, &format!("{fly} -o nowhere")).contains("there is no folder"));
+    assert!(p.fails(2, &format!("{fly} -p model=cubist")).contains("cubist"));
+}

@@ -60,6 +60,16 @@ fn light_on_surfaces_is_baked() {
     let p = Place::new();
     p.ok("render ball.pbrt -q -m radiosity -p patches=500 --spp 1 -o a.exr --bake a.ply");
     p.ok("render ball.pbrt -q -m radiosity -p patches=500 --spp 1 -o a.exr --bake a.glb");
+    p.ok("render ball.pbrt -q -m radiosity -p patches=500 --spp 1 -o a.exr --bake map.exr");
+    let map = p.picture("map.exr");
+    assert!(map.channel("Irradiance.G").is_some_and(|h| h.iter().any(|h| *h > 0.0)));
+    let with_uv = read_mesh(&p.path("map.ply"), &MeshOptions::default()).unwrap();
+    assert_eq!(with_uv.uvs.len(), with_uv.positions.len());
+    // Parameters that go together, and that do not.
+    let extended =
+        "render ball.pbrt -q -m radiosity -p patches=100 --spp 1 -o b.exr -p extended=true";
+    p.ok(&format!("{extended} -p solver=jacobi"));
+    assert!(p.fails(2, extended).contains("set `solver` to southwell"));
     let mesh = read_mesh(&p.path("a.ply"), &MeshOptions::default()).unwrap();
     let colors = mesh.attributes.iter().find(|a| a.name == "vertex_color").unwrap();
     assert!(colors.values.iter().all(|c| *c >= 0.0) && colors.values.iter().any(|c| *c > 0.0));
@@ -67,7 +77,7 @@ fn light_on_surfaces_is_baked() {
     assert!(!read.diagnostics.has_errors());
     assert!(p.fails(2, "render ball.pbrt --bake a.ply -o a.exr").contains("use `-m radiosity`"));
     let error = p.fails(2, "render ball.pbrt -m radiosity --bake a.obj -o a.exr");
-    assert!(error.contains("only ply and glb can be written"), "{error}");
+    assert!(error.contains("only ply, glb and exr can be written"), "{error}");
     let error = p.fails(1, "render ball.pbrt -q --spectral -m radiosity -o a.exr");
     assert!(error.contains("leave out `--spectral`"), "{error}");
 }

@@ -7,8 +7,8 @@ use crate::description::{MaterialId, MaterialModel, TextureId};
 /// A material in terms of the classical lighting models.
 #[derive(Clone, Debug, Default)]
 pub struct Looks {
-    /// What colours its diffuse part.
-    pub color: Option<TextureId>,
+    /// What colours its diffuse part: the sum of these.
+    pub colors: Vec<Tint>,
     /// Opacities that cut it out.
     pub opacity: Vec<TextureId>,
     /// The exponent of a cosine lobe, if it has one.
@@ -17,12 +17,26 @@ pub struct Looks {
     pub clear: bool,
 }
 
+/// A colour that is a part of a mixture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tint {
+    /// Which.
+    pub color: TextureId,
+    /// Its part where that is the same everywhere.
+    pub weight: f32,
+    /// What it is multiplied by as well: a texture, or 1 less that where it says so.
+    pub amounts: Vec<(TextureId, bool)>,
+}
+
 impl Materials {
-    /// What a material looks like from its front; of mixtures the greater part, by their constant
-    /// amounts.
+    /// What a material looks like from its front; the highlight of mixtures is that of the greater part,
+    /// by their constant amounts, or of the first.
     pub fn looks(&self, id: MaterialId) -> Looks {
         use MaterialModel as M;
-        let colored = |color| Looks { color: Some(color), ..Looks::default() };
+        let colored = |color| {
+            let tint = Tint { color, weight: 1.0, amounts: Vec::new() };
+            Looks { colors: vec![tint], ..Looks::default() }
+        };
         match self.model(id) {
             M::Diffuse { reflectance }
             | M::DiffuseTransmission { reflectance, .. }
@@ -39,10 +53,23 @@ impl Materials {
             M::Bump { material, .. }
             | M::NormalMap { material, .. }
             | M::Coating { material, .. } => self.looks(*material),
-            M::Mix { a, .. } => self.looks(*a),
+            M::Mix { a, b, amount } => {
+                let part = |id: &MaterialId, rest: bool| {
+                    let mut looks = self.looks(*id);
+                    looks.colors.iter_mut().for_each(|tint| tint.amounts.push((*amount, rest)));
+                    looks
+                };
+                together(vec![part(a, true), part(b, false)])
+            }
             M::Sum { parts } => {
-                let most = parts.iter().max_by(|a, b| a.0.total_cmp(&b.0));
-                most.map_or(Looks::default(), |(_, id)| self.looks(*id))
+                let mut parts: Vec<&(f32, MaterialId)> = parts.iter().collect();
+                parts.sort_by(|a, b| b.0.total_cmp(&a.0));
+                let part = |&(weight, id): &(f32, MaterialId)| {
+                    let mut looks = self.looks(id);
+                    looks.colors.iter_mut().for_each(|tint| tint.weight *= weight);
+                    looks
+                };
+                together(parts.into_iter().map(part).collect())
             }
             M::Mask { material, opacity } => {
                 let mut looks = self.looks(*material);
@@ -55,4 +82,15 @@ impl Materials {
             _ => Looks::default(),
         }
     }
+}
+
+/// Parts of a mixture: their colours together, and what else the first has. Only what is clear, or has
+/// holes, in all of its parts is so.
+fn together(parts: Vec<Looks>) -> Looks {
+    let clear = parts.iter().all(|part| part.clear);
+    let has_holes = parts.iter().all(|part| !part.opacity.is_empty());
+    let colors = parts.iter().flat_map(|part| part.colors.clone()).collect();
+    let first = parts.into_iter().next().unwrap_or_default();
+    let opacity = if has_holes { first.opacity } else { Vec::new() };
+    Looks { colors, opacity, clear, exponent: first.exponent }
 }

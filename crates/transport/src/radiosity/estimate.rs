@@ -13,6 +13,7 @@
 
 use super::params::{DirectLight, Display, RadiosityParams};
 use super::solution::Solution;
+use super::sources::outside;
 use crate::features::describe;
 use crate::frame::Frame;
 use crate::method::PassStats;
@@ -57,7 +58,7 @@ impl<'a> Estimator<'a> {
             stats.closest_rays += 1;
             let Some(hit) = scene.hit(&ray, t_max) else {
                 if !self.params.hide_emitters {
-                    l += self.outside(ray.o, ray.d, &lambda);
+                    l += outside(scene, &ray);
                 }
                 break;
             };
@@ -73,6 +74,7 @@ impl<'a> Estimator<'a> {
                     describe(scene, &s, bsdf, wo, &lambda, &mut record);
                 }
                 l += self.reflected(&s, bsdf, wo, &mut sampler, stats);
+                l += self.glossy(&s, wo).unwrap_or(Spectrum::ZERO);
                 break;
             }
             (ray, t_max) = (s.spawn(ray.d), f32::INFINITY);
@@ -86,12 +88,6 @@ impl<'a> Estimator<'a> {
             }
         };
         record
-    }
-
-    fn outside(&self, from: Vec3, d: Vec3, lambda: &Wavelengths) -> Spectrum {
-        let environments = self.scene.environments.iter();
-        environments
-            .fold(Spectrum::ZERO, |sum, &id| sum + self.scene.light(id).escaped(from, d, lambda).le)
     }
 
     /// (1) or (3), without Lₑ.
@@ -139,6 +135,13 @@ impl<'a> Estimator<'a> {
             }
         }
         l
+    }
+
+    /// What is reflected by direction.
+    fn glossy(&self, s: &Surface, wo: Vec3) -> Option<Spectrum> {
+        let glossy = self.solution.glossy.as_ref()?;
+        let (leaf, b) = self.solution.mesh.locate(self.scene, s, wo)?;
+        Some(glossy.radiance(&self.solution.shading, leaf, b, wo))
     }
 
     /// H at what is seen.

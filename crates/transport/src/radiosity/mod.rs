@@ -7,10 +7,13 @@
 mod bake;
 mod estimate;
 pub mod form_factor;
+pub mod glossy;
 pub mod hierarchy;
+mod light_map;
 pub mod mesh;
 mod params;
 mod points;
+mod polish;
 pub mod shading;
 mod solution;
 pub mod solve;
@@ -23,7 +26,7 @@ use self::estimate::Estimator;
 use crate::frame::Frame;
 use crate::lights;
 use crate::method::{
-    Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule,
+    Bias, Commit, CommitKind, LightMap, Method, MethodInfo, PassStats, RenderError, Schedule,
 };
 use crate::workers::Workers;
 use kaustika_film::accumulate::PassImage;
@@ -89,6 +92,10 @@ impl Method for Radiosity {
 
     fn baked(&self, _scene: &Scene) -> Option<TriMesh> {
         self.solution.as_ref().map(bake::bake)
+    }
+
+    fn light_map(&self, _scene: &Scene) -> Option<LightMap> {
+        self.solution.as_ref().and_then(light_map::light_map)
     }
 
     fn prepare(

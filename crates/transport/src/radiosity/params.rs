@@ -55,6 +55,8 @@ pub struct RadiosityParams {
     /// smallest.
     #[serde(deserialize_with = "count")]
     pub patches: u32,
+    /// True: patches are small where light changes; not for the hierarchical solver, whose always are.
+    pub adapt: bool,
     /// How form factors are found.
     pub form_factors: FormFactorKind,
     /// Samples of a row or a pair of form factors, cells across a hemicube; 0: by kind.
@@ -69,12 +71,17 @@ pub struct RadiosityParams {
     /// Power that a link may err by, as a part of what a patch has on average.
     #[serde(deserialize_with = "positive")]
     pub error: f32,
+    /// Rays of each patch that gather once more at the end: of the hierarchical solver, and of matrices whose
+    /// form factors are by rays, if lamps are patches; 0: none.
+    pub polish: u32,
     /// Shots at most, 0 for no limit.
     pub shots: u32,
     /// True: what is not shot yet is shown as if it were even.
     pub ambient: bool,
     /// True: light goes from patch to patch by way of mirrors and glass too.
     pub extended: bool,
+    /// Bands of spherical harmonics for what patches reflect by direction; 0: nothing.
+    pub glossy: u32,
     /// Rays of a final gather.
     #[serde(deserialize_with = "count")]
     pub gather: u32,
@@ -87,15 +94,18 @@ impl Default for RadiosityParams {
         RadiosityParams {
             solver: Solver::Hierarchical,
             patches: 20_000,
+            adapt: false,
             form_factors: FormFactorKind::Rays,
             samples: 0,
             display: Display::Gouraud,
             direct: DirectLight::Rays,
             tolerance: 1e-3,
             error: 4e-3,
+            polish: 512,
             shots: 0,
             ambient: false,
             extended: false,
+            glossy: 0,
             gather: 4,
             hide_emitters: false,
         }
@@ -122,9 +132,23 @@ impl RadiosityParams {
                            southwell, direct, jacobi or gauss-seidel, and `form_factors` to rays";
             return Err(message.into());
         }
+        let iterates = matches!(self.solver, Solver::Jacobi | Solver::GaussSeidel);
+        let fits = iterates && by_rays && self.direct == DirectLight::Mesh && !self.extended;
+        if self.glossy > 0 && !fits {
+            let message = "glossy radiosity iterates over rays between patches, lamps among them: set \
+                           `solver` to jacobi, `direct` to mesh and `form_factors` to rays, without \
+                           `extended`";
+            return Err(message.into());
+        }
+        if self.glossy > MOST_BANDS {
+            return Err(format!("`glossy` is at most {MOST_BANDS} bands of harmonics"));
+        }
         Ok(())
     }
 }
+
+/// Bands that glossy radiosity takes at most.
+const MOST_BANDS: u32 = 12;
 
 /// The parameters with their defaults and meanings.
 pub fn parameters() -> Vec<Parameter> {
@@ -140,6 +164,11 @@ pub fn parameters() -> Vec<Parameter> {
             "patches",
             d.patches.to_string(),
             "patches; for `hierarchical` as if all were as small as the smallest may be",
+        ),
+        p(
+            "adapt",
+            d.adapt.to_string(),
+            "patches are small where light changes; `hierarchical` always does so",
         ),
         p("form_factors", "rays".into(), "rays, area, analytic, hemicube; not for `hierarchical`"),
         p(
@@ -159,6 +188,11 @@ pub fn parameters() -> Vec<Parameter> {
             d.error.to_string(),
             "power that a link may err by, as a part of all light over `patches` (`hierarchical`)",
         ),
+        p(
+            "polish",
+            d.polish.to_string(),
+            "rays of a patch that gather once more at the end; 0: none; not for `southwell`",
+        ),
         p("shots", d.shots.to_string(), "shots at most (`southwell`); 0 no limit"),
         p(
             "ambient",
@@ -169,6 +203,11 @@ pub fn parameters() -> Vec<Parameter> {
             "extended",
             d.extended.to_string(),
             "light goes by way of mirrors and glass too; not for `hierarchical`",
+        ),
+        p(
+            "glossy",
+            d.glossy.to_string(),
+            "bands of harmonics by which patches reflect by direction; needs `solver=jacobi`, `direct=mesh`",
         ),
         p("gather", d.gather.to_string(), "rays of a final gather"),
         p("hide_emitters", d.hide_emitters.to_string(), "lights are not seen directly"),

@@ -108,42 +108,51 @@ impl Shading {
     /// (1) and (2).
     pub fn values(&self, leaves: Vec<Spectrum>) -> Values {
         let mut vertices = vec![Spectrum::ZERO; self.positions.len()];
-        let mut weights = vec![0.0f32; vertices.len()];
+        let mut weights = vec![f32::MIN_POSITIVE; vertices.len()];
         for (corners, angles) in self.corners.iter().zip(&self.angles) {
             corners.iter().zip(angles).for_each(|(&v, a)| weights[v as usize] += a);
         }
-        for round in 0..=ROUNDS {
+        for _ in 0..=ROUNDS {
             let mut sums = vec![Spectrum::ZERO; vertices.len()];
             for (i, (corners, angles)) in self.corners.iter().zip(&self.angles).enumerate() {
                 let mean = corners.iter().fold(Spectrum::ZERO, |s, &v| s + vertices[v as usize]);
                 let missing = leaves[i] - mean / 3.0;
                 corners.iter().zip(angles).for_each(|(&v, a)| sums[v as usize] += missing * *a);
             }
-            for ((v, sum), w) in vertices.iter_mut().zip(sums).zip(&weights) {
-                *v += sum / w.max(f32::MIN_POSITIVE);
-                if round == ROUNDS {
-                    *v = v.clamp_zero();
-                }
-            }
+            let terms = vertices.iter_mut().zip(sums).zip(&weights);
+            terms.for_each(|((v, sum), w)| *v += sum / *w);
             self.hang(&mut vertices);
         }
+        vertices.iter_mut().for_each(|v| *v = v.clamp_zero());
         Values { leaves, vertices }
     }
 
-    /// The mean of the values at the leaves' corners, for what knows them.
-    pub fn from_corners(&self, leaves: Vec<Spectrum>, at: &[[Spectrum; 3]]) -> Values {
-        let mut vertices = vec![Spectrum::ZERO; self.positions.len()];
-        let mut weights = vec![0.0f32; vertices.len()];
-        for ((corners, angles), at) in self.corners.iter().zip(&self.angles).zip(at) {
-            for ((&v, angle), h) in corners.iter().zip(angles).zip(at) {
-                vertices[v as usize] += *h * *angle;
+    /// Means over the leaves at each vertex, by angle, of `width` values a leaf.
+    pub fn means(&self, leaves: &[Spectrum], width: usize) -> Vec<Spectrum> {
+        let mut vertices = vec![Spectrum::ZERO; self.positions.len() * width];
+        let mut weights = vec![f32::MIN_POSITIVE; self.positions.len()];
+        for (i, (corners, angles)) in self.corners.iter().zip(&self.angles).enumerate() {
+            for (&v, &angle) in corners.iter().zip(angles) {
                 weights[v as usize] += angle;
+                let sums = vertices[v as usize * width..][..width].iter_mut();
+                sums.zip(&leaves[i * width..]).for_each(|(sum, x)| *sum += *x * angle);
             }
         }
-        let means = vertices.iter_mut().zip(weights);
-        means.for_each(|(v, w)| *v /= w.max(f32::MIN_POSITIVE));
-        self.hang(&mut vertices);
-        Values { leaves, vertices }
+        for (values, w) in vertices.chunks_mut(width).zip(weights) {
+            values.iter_mut().for_each(|v| *v /= w);
+        }
+        for &(m, [a, b]) in &self.hanging {
+            for k in 0..width {
+                let [a, b] = [a, b].map(|v| vertices[v as usize * width + k]);
+                vertices[m as usize * width + k] = (a + b) * 0.5;
+            }
+        }
+        vertices
+    }
+
+    /// The vertices of one leaf.
+    pub fn corners_of(&self, leaf: u32) -> [u32; 3] {
+        self.corners[self.number[leaf as usize] as usize]
     }
 
     fn hang(&self, vertices: &mut [Spectrum]) {
@@ -159,7 +168,7 @@ impl Shading {
 
     /// The interpolated value at these barycentric weights of a leaf.
     pub fn smooth(&self, values: &Values, leaf: u32, b: [f32; 3]) -> Spectrum {
-        let corners = self.corners[self.number[leaf as usize] as usize];
+        let corners = self.corners_of(leaf);
         let parts = corners.iter().zip(b);
         parts.fold(Spectrum::ZERO, |sum, (&v, b)| sum + values.vertices[v as usize] * b)
     }

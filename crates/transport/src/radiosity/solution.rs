@@ -1,9 +1,18 @@
 //! From a scene to the light on its surfaces.
+//!
+//! ```text
+//! A (ρ (H_max - H_min))²   over the corners of a patch: divide where it is largest   (1)
+//! ```
+//!
+//! (1) is about the square of what interpolation errs by; it is large along shadows and in corners
+//! (adaptive subdivision, Cohen, Greenberg, Immel & Brock 1986).
 
-use super::form_factor::FormFactors;
+use super::form_factor::{FormFactorKind, FormFactors};
+use super::glossy::Glossy;
 use super::hierarchy::{Hierarchy, Refinement};
 use super::mesh::Mesh;
 use super::params::{DirectLight, RadiosityParams, Solver};
+use super::polish::polished;
 use super::shading::{Shading, Values};
 use super::solve::{Patches, Shooting, direct, gauss_seidel, jacobi, shoot};
 use super::sources::Sources;
@@ -12,9 +21,12 @@ use crate::workers::Workers;
 use kaustika_math::Vec3;
 use kaustika_scene::{Scene, Surface};
 use kaustika_spectra::{ColorMode, Spectrum};
+use rayon::prelude::*;
 
-/// Patches beyond which a matrix does not fit.
-const MOST_OF_A_MATRIX: usize = 20_000;
+/// Form factors beyond which a matrix does not fit: some 3 GB.
+const MOST_FORM_FACTORS: usize = 400_000_000;
+/// Coarser meshes before an adapted one, each with half as many patches as the next.
+const ADAPTIONS: u32 = 2;
 /// Patches that a hierarchy begins with, as a part of all.
 const FIRST: usize = 64;
 
@@ -35,6 +47,8 @@ pub struct Solution {
     pub links: usize,
     /// How many shots there were.
     pub shots: usize,
+    /// What patches reflect by direction.
+    pub glossy: Option<Glossy>,
 }
 
 impl Solution {
@@ -51,7 +65,7 @@ impl Solution {
             let message = "radiosity is in red, green and blue: leave out `--spectral`";
             return Err(RenderError::Failed(message.into()));
         }
-        let mut mesh = workers.install(|| Mesh::new(scene));
+        let mesh = workers.install(|| Mesh::new(scene, params.glossy > 0));
         if mesh.elements.iter().all(|e| e.is_black()) {
             let message = "there is nothing diffuse in this scene whose light radiosity could find";
             return Err(RenderError::Failed(message.into()));
@@ -59,10 +73,7 @@ impl Solution {
         let sources = Sources::new(scene, params.direct == DirectLight::Rays);
         workers.install(|| match params.solver {
             Solver::Hierarchical => Self::hierarchical(scene, mesh, sources, params, workers),
-            _ => {
-                mesh.divide_evenly(scene, params.patches as usize);
-                Self::flat(scene, mesh, sources, params, workers)
-            }
+            _ => Self::flat(scene, mesh, sources, params, workers),
         })
     }
 
@@ -90,57 +101,147 @@ impl Solution {
         let mut hierarchy = Hierarchy::new(scene, &mut mesh, sources.clone());
         let solved = hierarchy.solve(&refinement, workers).ok_or(RenderError::Cancelled)?;
         let leaves = mesh.leaves();
+        let irradiance = match params.polish {
+            0 => solved.irradiance,
+            rays => polished(scene, &mesh, (&leaves, &solved.reflected), &sources, rays, workers)
+                .ok_or(RenderError::Cancelled)?,
+        };
         let direct = sources.direct(&mesh, &leaves);
         let shading = Shading::new(scene, &mesh, &leaves);
-        let direct = shading.values(direct);
-        let indirect = shading.from_corners(solved.irradiance, &solved.corners);
+        let (direct, indirect) = (shading.values(direct), shading.values(irradiance));
         let links = solved.links;
-        Ok(Solution { mesh, shading, direct, indirect, leaves, links, shots: 0 })
+        Ok(Solution { mesh, shading, direct, indirect, leaves, links, shots: 0, glossy: None })
     }
 
+    /// (1): a mesh of patches of one level; `adapt` finds out from coarser ones where it is to be fine.
     fn flat(
         scene: &Scene,
-        mesh: Mesh,
+        mut mesh: Mesh,
         sources: Sources,
+        params: &RadiosityParams,
+        workers: &Workers,
+    ) -> Result<Solution, RenderError> {
+        let count = params.patches as usize;
+        let rounds = if params.adapt { ADAPTIONS } else { 0 };
+        mesh.divide_evenly(scene, count >> rounds);
+        for round in (1..=rounds).rev() {
+            let coarse = Self::level(scene, mesh, &sources, params, workers)?;
+            let errs = coarse.errs();
+            mesh = coarse.mesh;
+            mesh.divide_worst(scene, count >> (round - 1), &errs);
+        }
+        Self::level(scene, mesh, &sources, params, workers)
+    }
+
+    /// (1) of the leaves.
+    fn errs(&self) -> Vec<(u32, f32)> {
+        let seen = |v: u32| {
+            (self.indirect.vertices[v as usize] + self.direct.vertices[v as usize]).average()
+        };
+        let err = |(&leaf, corners): (&u32, &[u32; 3])| {
+            let element = &self.mesh.elements[leaf as usize];
+            let at = corners.map(seen);
+            let spread = at.iter().copied().fold(0.0, f32::max)
+                - at.iter().copied().fold(f32::INFINITY, f32::min);
+            (leaf, element.area * (element.albedo.average() * spread).powi(2))
+        };
+        self.leaves.iter().zip(self.shading.corners()).map(err).collect()
+    }
+
+    fn level(
+        scene: &Scene,
+        mesh: Mesh,
+        sources: &Sources,
         params: &RadiosityParams,
         workers: &Workers,
     ) -> Result<Solution, RenderError> {
         let leaves = mesh.leaves();
         let by_lights = sources.direct(&mesh, &leaves);
-        let patches = Patches::new(&mesh, &leaves, &by_lights, sources.emit());
-        let ff =
-            FormFactors::new(scene, &mesh, params.form_factors, params.samples(), params.extended);
-        let shots = match params.shots {
-            0 => usize::MAX,
-            n => n as usize,
+        let kind = params.form_factors;
+        let ff = FormFactors::new(scene, &mesh, kind, params.samples(), params.extended);
+        let told = |rows: usize| {
+            workers.tell(|| format!("form factors of {rows} of {} patches", leaves.len()));
         };
-        let (irradiance, shots) = if params.solver == Solver::Southwell {
+        let uncancelled = || if workers.cancelled() { Err(RenderError::Cancelled) } else { Ok(()) };
+        let by_mirrors = |lit: &dyn Fn() -> Vec<Spectrum>| match params.extended {
+            true => lit(),
+            false => vec![Spectrum::ZERO; leaves.len()],
+        };
+        let patches = |by_mirrors: &[Spectrum]| {
+            let both: Vec<Spectrum> =
+                by_lights.iter().zip(by_mirrors).map(|(a, b)| *a + *b).collect();
+            Patches::new(&mesh, &leaves, &both, sources.emit())
+        };
+        let shading = Shading::new(scene, &mesh, &leaves);
+        let mut glossy = None;
+        let (mut irradiance, mirrored, shots) = if params.glossy > 0 {
+            let none = vec![Spectrum::ZERO; leaves.len()];
+            let how = (params.glossy, params.tolerance);
+            let (h, found) = Glossy::solve(&ff, &patches(&none), &shading, how, workers)
+                .ok_or(RenderError::Cancelled)?;
+            glossy = Some(found);
+            (h, none, 0)
+        } else if params.solver == Solver::Southwell {
+            let mirrored = by_mirrors(&|| ff.by_mirrors(!sources.emit(), told));
+            uncancelled()?;
+            let limit = if params.shots == 0 { usize::MAX } else { params.shots as usize };
             let (tolerance, ambient) = (params.tolerance, params.ambient);
+            let shooting = Shooting { tolerance, shots: limit, ambient };
             let row = |i| (!workers.cancelled()).then(|| ff.row(i));
-            shoot(&patches, &Shooting { tolerance, shots, ambient }, row, |_| ())
-                .ok_or(RenderError::Cancelled)?
+            let mut shots = 0;
+            let each = |left: f32| {
+                shots += 1;
+                workers.tell(|| format!("{shots} shots, {:.2} % of the light left", 100.0 * left));
+            };
+            let (h, shots) =
+                shoot(&patches(&mirrored), &shooting, row, each).ok_or(RenderError::Cancelled)?;
+            (h, mirrored, shots)
         } else {
-            if leaves.len() > MOST_OF_A_MATRIX {
-                let message = format!(
-                    "{} patches are too many for a matrix, which takes {MOST_OF_A_MATRIX}: lower \
-                     `patches`, or set `solver` to southwell or hierarchical",
-                    leaves.len()
-                );
-                return Err(RenderError::Failed(message));
-            }
-            let rows = ff.rows();
-            if workers.cancelled() {
-                return Err(RenderError::Cancelled);
-            }
-            let irradiance = match params.solver {
+            check_room(leaves.len(), params)?;
+            let rows = ff.rows(told);
+            uncancelled()?;
+            let lit =
+                || rows.par_iter().map(|row| ff.mirrored_light(row, !sources.emit())).collect();
+            let mirrored = by_mirrors(&lit);
+            let patches = patches(&mirrored);
+            let h = match params.solver {
                 Solver::Direct => direct(&rows, &patches),
                 Solver::Jacobi => jacobi(&rows, &patches, params.tolerance),
                 _ => gauss_seidel(&rows, &patches, params.tolerance),
             };
-            (irradiance, 0)
+            let h = match (kind, params.polish) {
+                (FormFactorKind::Rays, 1..) if sources.emit() && !params.extended => {
+                    let all = patches.radiosity(&h).into_iter().zip(&leaves);
+                    let reflected = all.map(|(b, &e)| b - mesh.elements[e as usize].emission);
+                    let known = (&leaves[..], &reflected.collect::<Vec<_>>()[..]);
+                    polished(scene, &mesh, known, sources, params.polish, workers)
+                        .ok_or(RenderError::Cancelled)?
+                }
+                _ => h,
+            };
+            (h, mirrored, 0)
         };
-        let shading = Shading::new(scene, &mesh, &leaves);
+        irradiance.iter_mut().zip(mirrored).for_each(|(h, m)| *h += m);
         let (direct, indirect) = (shading.values(by_lights), shading.values(irradiance));
-        Ok(Solution { mesh, shading, direct, indirect, leaves, links: 0, shots })
+        Ok(Solution { mesh, shading, direct, indirect, leaves, links: 0, shots, glossy })
     }
+}
+
+/// Refuses a matrix that does not fit.
+fn check_room(patches: usize, params: &RadiosityParams) -> Result<(), RenderError> {
+    // Rows by rays know no more patches than they have rays.
+    let known = match (params.solver, params.form_factors) {
+        (Solver::Jacobi | Solver::GaussSeidel, FormFactorKind::Rays) => params.samples() as usize,
+        _ => patches,
+    };
+    if patches * patches.min(known) <= MOST_FORM_FACTORS {
+        return Ok(());
+    }
+    let most = (MOST_FORM_FACTORS as f64).sqrt() as usize;
+    let most = most.max(MOST_FORM_FACTORS / known);
+    let message = format!(
+        "{patches} patches are too many for a matrix, which takes {most} here: lower `patches`, or \
+         set `solver` to southwell or hierarchical"
+    );
+    Err(RenderError::Failed(message))
 }

@@ -3,7 +3,7 @@
 //! ```text
 //! surface of power Φ that faces one way:   I(θ) = (Φ/π) cos θ, from its middle           (1)
 //! closed surface:                          I = Φ/4π                                    (2)
-//! environment:                             I_a = mean radiance                          (3)
+//! environment:                             I_a as much as arrives ([`ambient`])          (3)
 //! reflected:  L = k_d (I_a + Σ E cos θ / π) + k_s (I_a + Σ E cos θ r)                        (4)
 //! Phong:      r = (n + 2)/2π (r·v)ⁿ                                                       (5)
 //! Blinn:      r = D G / (4 cos θ n·v),  D = (m + 2)/2π (n·h)ᵐ,
@@ -14,6 +14,8 @@
 //! Blinn's (1977) with Torrance and Sparrow's shadowing and without Fresnel's factor. E is what arrives from a lamp, if no
 //! shadow map says otherwise. A headlight lights what faces the eye.
 
+use super::ambient::ambient;
+use super::looks::Look;
 use super::mesh::Meshes;
 use super::params::{Model, ZBufferParams};
 use super::raster::Holes;
@@ -107,7 +109,13 @@ struct Emitter {
 
 impl Lamps {
     /// Of a scene. `casters` throw shadows.
-    pub fn new(scene: &Scene, params: &ZBufferParams, casters: &Meshes, holes: &Holes) -> Lamps {
+    pub fn new(
+        scene: &Scene,
+        params: &ZBufferParams,
+        looks: &[Look],
+        casters: &Meshes,
+        holes: &Holes,
+    ) -> Lamps {
         let mut lamps = of_points(scene);
         lamps.extend(of_surfaces(scene));
         // The strongest; of equals the first.
@@ -127,16 +135,22 @@ impl Lamps {
                 });
             }
         }
-        let ambient = match params.ambient {
-            radiance if radiance >= 0.0 => [radiance; 3],
-            _ => surroundings(scene), // (3)
+        let given = params.ambient >= 0.0;
+        let mut ambient = match given {
+            true => [params.ambient; 3],
+            false => ambient(scene, looks), // (3)
         };
         let mean = (ambient[0] + ambient[1] + ambient[2]) / 3.0;
         let headlight = match (lamps.is_empty(), mean > 0.0) {
             _ if params.headlight >= 0.0 => params.headlight,
             (false, _) => 0.0,
-            (true, true) => mean,
             (true, false) => 1.0,
+            (true, true) if given => mean,
+            (true, true) => {
+                // Half of the light comes from the eye, to show shapes: 2/3 of it on what is seen of a ball.
+                ambient = ambient.map(|a| 0.5 * a);
+                0.75 * mean
+            }
         };
         Lamps { lamps, ambient, headlight }
     }
@@ -317,15 +331,4 @@ fn of_surfaces(scene: &Scene) -> impl Iterator<Item = Lamp> {
         };
         Lamp { kind, shadow: None, power: e.weight }
     })
-}
-
-/// (3).
-fn surroundings(scene: &Scene) -> [f32; 3] {
-    let disk = PI * scene.radius * scene.radius;
-    let lambda = Wavelengths::rgb();
-    let flux = scene
-        .environments
-        .iter()
-        .fold(Spectrum::ZERO, |sum, &id| sum + scene.light(id).power(scene, &lambda));
-    rgb(flux / (4.0 * PI * disk))
 }

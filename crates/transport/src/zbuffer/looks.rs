@@ -12,7 +12,7 @@ use super::mesh::Meshes;
 use kaustika_math::Vec2;
 use kaustika_scene::bsdf::{Lobes, Mode};
 use kaustika_scene::description::TextureId;
-use kaustika_scene::{BitmapSampler, Looks, Scene, ShapeInfo, TexturePoint};
+use kaustika_scene::{BitmapSampler, Looks, Scene, ShapeInfo, TexturePoint, Tint};
 use kaustika_spectra::{Sensor, Spectrum, Wavelengths};
 
 /// A shape as a classical picture has it.
@@ -34,10 +34,16 @@ pub struct Look {
     pub opaque: bool,
 }
 
-/// A texture, as an image with mip maps where it is one.
+/// Textures that add up to a colour.
 #[derive(Debug)]
 pub struct Texture {
-    id: TextureId,
+    layers: Vec<Layer>,
+}
+
+/// A texture, as an image with mip maps where it is one, and what part of a mixture it is.
+#[derive(Debug)]
+struct Layer {
+    tint: Tint,
     image: Option<BitmapSampler>,
 }
 
@@ -60,16 +66,28 @@ impl Look {
     }
 
     fn new(scene: &Scene, shape: &ShapeInfo) -> Look {
-        let Looks { color, mut opacity, clear, .. } = scene.materials.looks(shape.material);
+        let Looks { colors, mut opacity, clear, .. } = scene.materials.looks(shape.material);
         opacity.extend(shape.alpha);
         let lambda = Wavelengths::rgb();
-        let texture = color.filter(|&id| scene.textures.uniform(id, &lambda).is_none());
+        let textures = &scene.textures;
+        let varies = |tint: &Tint| {
+            let varies = |(id, _): &(TextureId, bool)| textures.constant(*id).is_none();
+            textures.uniform(tint.color, &lambda).is_none() || tint.amounts.iter().any(varies)
+        };
+        let layer = |tint: Tint| {
+            let image = textures.uniform(tint.color, &lambda).is_none();
+            Layer { image: image.then(|| textures.mip_mapped(tint.color)).flatten(), tint }
+        };
+        let texture = colors
+            .iter()
+            .any(varies)
+            .then(|| Texture { layers: colors.into_iter().map(layer).collect() });
         Look {
             diffuse: [0.0; 3],
             specular: [0.0; 3],
             exponent: 1.0,
             emits: false,
-            texture: texture.map(|id| Texture { id, image: scene.textures.mip_mapped(id) }),
+            texture,
             opacity,
             opaque: !clear && !shape.interface,
         }
@@ -120,13 +138,33 @@ impl Texture {
     /// Linear RGB.
     #[inline]
     pub fn color(&self, scene: &Scene, at: &TexturePoint) -> [f32; 3] {
+        self.layers.iter().fold([0.0; 3], |sum, layer| {
+            let part = layer.part(scene, at);
+            let color = layer.color(scene, at);
+            std::array::from_fn(|k| sum[k] + part * color[k])
+        })
+    }
+}
+
+impl Layer {
+    #[inline]
+    fn color(&self, scene: &Scene, at: &TexturePoint) -> [f32; 3] {
         match &self.image {
             Some(image) => image.rgb(at),
             None => {
                 let lambda = Wavelengths::rgb();
-                Sensor::default().rgb(scene.textures.spectrum(self.id, at, &lambda), &lambda)
+                let color = scene.textures.spectrum(self.tint.color, at, &lambda);
+                Sensor::default().rgb(color, &lambda)
             }
         }
+    }
+
+    #[inline]
+    fn part(&self, scene: &Scene, at: &TexturePoint) -> f32 {
+        self.tint.amounts.iter().fold(self.tint.weight, |part, (id, rest)| {
+            let amount = scene.textures.float(*id, at).clamp(0.0, 1.0);
+            part * if *rest { 1.0 - amount } else { amount }
+        })
     }
 }
 

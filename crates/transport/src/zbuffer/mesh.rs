@@ -42,6 +42,8 @@ pub struct Meshes {
     pub sources: Vec<Source>,
     /// A box around each [`CHUNK`] of triangles.
     pub bounds: Vec<Bounds3>,
+    /// True if triangles are seen from the side alone from which their corners are anticlockwise.
+    pub one_sided: bool,
 }
 
 impl Meshes {
@@ -54,11 +56,28 @@ impl Meshes {
             let place = (i as u32, instance.at(0.0));
             meshes.add_group(geometry, instance.group as usize, Some(place), &drawn);
         }
-        for chunk in meshes.indices.chunks(CHUNK) {
-            let corners = chunk.iter().flatten().map(|&i| meshes.positions[i as usize]);
-            meshes.bounds.push(Bounds3::of_points(corners));
-        }
+        meshes.bound();
         meshes
+    }
+
+    /// Of a mesh by itself, seen from its front.
+    pub fn of_front(mesh: &TriMesh) -> Meshes {
+        let mut meshes = Meshes { one_sided: true, ..Meshes::default() };
+        let none = u32::MAX;
+        meshes.add_mesh(
+            mesh,
+            None,
+            Source { triangle: none, analytic: none, instance: none, shape: 0 },
+        );
+        meshes.bound();
+        meshes
+    }
+
+    fn bound(&mut self) {
+        for chunk in self.indices.chunks(CHUNK) {
+            let corners = chunk.iter().flatten().map(|&i| self.positions[i as usize]);
+            self.bounds.push(Bounds3::of_points(corners));
+        }
     }
 
     fn add_group(
@@ -115,7 +134,9 @@ impl Meshes {
         let base = self.positions.len();
         self.positions.extend(&mesh.positions);
         self.normals.extend(&mesh.normals);
+        self.normals.resize(self.positions.len(), Vec3::ZERO);
         self.uvs.extend(&mesh.uvs);
+        self.uvs.resize(self.positions.len(), Vec2::ZERO);
         self.place(base, place);
         for triangle in &mesh.indices {
             self.add(triangle.map(|i| i + base as u32), source);

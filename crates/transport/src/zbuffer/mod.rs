@@ -1,10 +1,12 @@
 //! The classical pipeline: visibility by z-buffer (Straßer 1974, Catmull 1974), local lighting models,
 //! textures with mip maps, shadow maps.
 
+mod ambient;
 mod flight;
 mod lamps;
 mod looks;
 mod mesh;
+mod painted;
 mod params;
 mod raster;
 mod rasterizer;
@@ -15,6 +17,7 @@ mod view;
 
 pub use flight::Flight;
 pub use mesh::{Meshes, Source};
+pub use painted::Painted;
 pub use params::{Model, ZBufferParams, parameters};
 pub use rasterizer::{Rasterizer, Seen};
 pub use view::View;

@@ -31,7 +31,8 @@ pub struct ZBufferParams {
     pub shadow_map: u32,
     /// Lamps at most; the strongest are kept.
     pub lamps: u32,
-    /// Radiance of the ambient light; below 0: the mean of what surrounds the scene.
+    /// Radiance of the ambient light; below 0: what arrives of what surrounds the scene, half of it
+    /// from the eye if there are no lamps.
     pub ambient: f32,
     /// Radiance of a white matte surface that faces a lamp at the eye; below 0: as the ambient light, but
     /// none if there are lamps, and 1 in the dark.
@@ -81,7 +82,7 @@ pub fn parameters() -> Vec<Parameter> {
         p(
             "ambient",
             d.ambient.to_string(),
-            "radiance of the ambient light; below 0: the mean of what surrounds the scene",
+            "radiance of the ambient light; below 0: what arrives of what surrounds the scene",
         ),
         p(
             "headlight",

@@ -93,7 +93,11 @@ impl Raster {
             }
             let first = i * CHUNK;
             for id in first..meshes.indices.len().min(first + CHUNK) {
-                let corners = meshes.corners(id as u32).map(|p| view.project(p));
+                let corners = meshes.corners(id as u32);
+                if meshes.one_sided && view.toward_eye(corners[0]).dot(meshes.facets[id]) <= 0.0 {
+                    continue;
+                }
+                let corners = corners.map(|p| view.project(p));
                 if !outside(&corners, view) {
                     chunk.triangles.extend(Triangle::new(corners, view, id as u32));
                 }

@@ -48,7 +48,7 @@ impl Rasterizer {
         let casters = Meshes::new(scene, |s| drawn(s) && !looks[s as usize].emits);
         let lamps = {
             let open = opening(scene, &looks, &casters);
-            Lamps::new(scene, params, &casters, &Holes { shapes: &holes, open: &open })
+            Lamps::new(scene, params, &looks, &casters, &Holes { shapes: &holes, open: &open })
         };
         Rasterizer {
             params: params.clone(),

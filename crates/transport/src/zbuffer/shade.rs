@@ -110,7 +110,7 @@ impl Shader<'_> {
             }
         }
         for i in (0..LANES).filter(|i| block.live >> i & 1 == 0) {
-            out[i] = self.background((x + i) as f64, y as f64);
+            out[i] = background(self.scene, self.view, (x + i) as f64, y as f64);
         }
     }
 
@@ -230,29 +230,25 @@ impl Shader<'_> {
         }
         rows
     }
+}
 
-    /// What surrounds the scene.
-    fn background(&self, x: f64, y: f64) -> [f32; 3] {
-        if self.scene.environments.is_empty() {
-            return [0.0; 3];
-        }
-        let ray = self.ray(x, y);
-        let lambda = Wavelengths::rgb();
-        let le = self.scene.environments.iter().fold(Spectrum::ZERO, |sum, &id| {
-            sum + self.scene.light(id).escaped(ray.o, ray.d, &lambda).le
-        });
-        rgb_of(le)
+/// What surrounds the scene, at a sample of a picture.
+pub fn background(scene: &Scene, view: &View, x: f64, y: f64) -> [f32; 3] {
+    if scene.environments.is_empty() {
+        return [0.0; 3];
     }
-
-    /// The ray through a sample.
-    fn ray(&self, x: f64, y: f64) -> Ray {
-        let [o, a, dx, dy] = self.view.back();
-        let across = dx * x as f32 + dy * y as f32;
-        match self.view.perspective {
-            true => Ray::new(o, (a + across).normalize()),
-            false => Ray::new(o + across, a.normalize()),
-        }
-    }
+    let [o, a, dx, dy] = view.back();
+    let across = dx * x as f32 + dy * y as f32;
+    let ray = match view.perspective {
+        true => Ray::new(o, (a + across).normalize()),
+        false => Ray::new(o + across, a.normalize()),
+    };
+    let lambda = Wavelengths::rgb();
+    let le = scene
+        .environments
+        .iter()
+        .fold(Spectrum::ZERO, |sum, &id| sum + scene.light(id).escaped(ray.o, ray.d, &lambda).le);
+    rgb_of(le)
 }
 
 fn rgb_of(s: Spectrum) -> [f32; 3] {

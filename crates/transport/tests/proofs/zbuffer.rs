@@ -21,15 +21,15 @@ const DEPTH: f32 = 1e-5;
 const EDGE: f64 = 1.0 / 256.0;
 
 /// A scene, drawn.
-struct Drawn {
-    scene: Scene,
+pub struct Drawn {
+    pub scene: Scene,
     size: [u32; 2],
-    rasterizer: Rasterizer,
-    view: View,
+    pub rasterizer: Rasterizer,
+    pub view: View,
 }
 
 impl Drawn {
-    fn new(stage: &Stage, params: &ZBufferParams) -> Drawn {
+    pub fn new(stage: &Stage, params: &ZBufferParams) -> Drawn {
         let (scene, size) = (stage.build(), stage.resolution());
         let kind = SamplerKind::Independent;
         let config = SamplerConfig { kind, seed: 1, spp: 1, resolution: size };
@@ -42,12 +42,12 @@ impl Drawn {
         Drawn { scene, size, rasterizer, view }
     }
 
-    fn pixels(&self) -> impl Iterator<Item = [u32; 2]> + use<> {
+    pub fn pixels(&self) -> impl Iterator<Item = [u32; 2]> + use<> {
         let [w, h] = self.size;
         (0..w * h).map(move |i| [i % w, i / w])
     }
 
-    fn seen(&self, [x, y]: [u32; 2]) -> Option<Seen> {
+    pub fn seen(&self, [x, y]: [u32; 2]) -> Option<Seen> {
         self.rasterizer.seen(&self.view, x, y)
     }
 
@@ -57,7 +57,7 @@ impl Drawn {
         self.scene.camera.sample_we(film, Vec2::new(0.5, 0.5), 0.0)
     }
 
-    fn met(&self, pixel: [u32; 2]) -> Option<Surface> {
+    pub fn met(&self, pixel: [u32; 2]) -> Option<Surface> {
         let camera = self.camera_ray(pixel);
         self.scene.intersect(&camera.ray, camera.t_max)
     }

@@ -61,7 +61,7 @@ impl FormFactors<'_> {
             }
         }
         let seen = sums.iter().enumerate().filter(|(_, f)| **f > 0.0);
-        Row { seen: seen.map(|(j, f)| (j as u32, *f)).collect(), mirrored: Vec::new() }
+        Row { seen: seen.map(|(j, f)| (j as u32, *f)).collect(), ..Row::default() }
     }
 }
 

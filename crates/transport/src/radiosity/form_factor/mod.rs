@@ -13,13 +13,14 @@ mod pairs;
 pub mod polygon;
 mod rays;
 
-use super::mesh::{Mesh, Point};
+use super::mesh::{Element, Mesh, Point};
 use super::points::{r2, rotated};
 use kaustika_math::mix_bits;
 use kaustika_scene::Scene;
 use kaustika_spectra::Spectrum;
 use rayon::prelude::*;
 use serde::Deserialize;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// How form factors are found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
@@ -54,6 +55,8 @@ pub struct Row {
     pub seen: Vec<(u32, f32)>,
     /// Patches that are seen by way of mirrors and glass, in rising order, and what of it comes back.
     pub mirrored: Vec<(u32, Spectrum)>,
+    /// Irradiance by what surrounds the scene, by way of mirrors and glass, W/m².
+    pub outside: Spectrum,
 }
 
 impl Row {
@@ -134,9 +137,44 @@ impl<'a> FormFactors<'a> {
         }
     }
 
-    /// All rows.
-    pub fn rows(&self) -> Vec<Row> {
-        (0..self.len()).into_par_iter().map(|i| self.row(i)).collect()
+    /// Samples of a row or a pair.
+    pub fn samples(&self) -> u32 {
+        self.samples
+    }
+
+    /// Patch `i`.
+    pub fn element(&self, i: usize) -> &Element {
+        &self.mesh.elements[self.patches[i] as usize]
+    }
+
+    /// All rows; `each` is told how many there are already.
+    pub fn rows(&self, each: impl Fn(usize) + Sync) -> Vec<Row> {
+        let done = AtomicUsize::new(0);
+        let row = |i| {
+            let row = self.row(i);
+            each(done.fetch_add(1, Ordering::Relaxed) + 1);
+            row
+        };
+        (0..self.len()).into_par_iter().map(row).collect()
+    }
+
+    /// Irradiance of all patches that is no patch's radiosity and that lights, asked for, never give:
+    /// by way of mirrors and glass from what surrounds the scene, and from patches that emit, if so.
+    /// `each` as in [`FormFactors::rows`].
+    pub fn by_mirrors(&self, emitters: bool, each: impl Fn(usize) + Sync) -> Vec<Spectrum> {
+        let done = AtomicUsize::new(0);
+        let lit = |i| {
+            let row = self.row(i);
+            each(done.fetch_add(1, Ordering::Relaxed) + 1);
+            self.mirrored_light(&row, emitters)
+        };
+        (0..self.len()).into_par_iter().map(lit).collect()
+    }
+
+    /// Of one row: (2) of `rays` over what emits.
+    pub fn mirrored_light(&self, row: &Row, emitters: bool) -> Spectrum {
+        let emitted = row.mirrored.iter().filter(|_| emitters);
+        emitted.fold(row.outside, |sum, &(j, f)| sum + f * self.element(j as usize).emission)
     }
 
     /// Areas of the patches.

@@ -55,10 +55,6 @@ impl FormFactors<'_> {
         row
     }
 
-    pub(super) fn element(&self, i: usize) -> &Element {
-        &self.mesh.elements[self.patches[i] as usize]
-    }
-
     fn term(&self, x: &Point, y: &Point, j: usize) -> f32 {
         let n = self.samples as f32;
         let other = self.element(j);

@@ -11,13 +11,13 @@
 //! get by direction ([`harmonics`]).
 
 mod clusters;
-mod corners;
 mod harmonics;
 mod refine;
 
 use self::clusters::{Cluster, Node};
 use self::harmonics::Lobes9;
 use super::mesh::{Mesh, NONE};
+use super::solve::{Rest, sum};
 use super::sources::Sources;
 use crate::workers::Workers;
 use kaustika_math::Vec3;
@@ -31,7 +31,7 @@ pub struct Refinement {
     pub error: f32,
     /// No element is divided that is smaller than this.
     pub area: f32,
-    /// Largest change of the last iteration, as a part of the brightest.
+    /// What iterations leave, as a part of all light.
     pub tolerance: f32,
 }
 
@@ -68,8 +68,6 @@ pub struct Hierarchy<'m, 'a> {
     /// Of the clusters: intensity, and irradiance gathered at them and above.
     sent: Vec<Lobes9>,
     got: Vec<Lobes9>,
-    /// Irradiance of the roots by what clusters got.
-    by_clusters: Vec<Spectrum>,
 }
 
 /// What a hierarchy came to.
@@ -77,8 +75,8 @@ pub struct Hierarchy<'m, 'a> {
 pub struct Solved {
     /// Irradiance of the leaves, W/m², in their order.
     pub irradiance: Vec<Spectrum>,
-    /// Irradiance at their corners.
-    pub corners: Vec<[Spectrum; 3]>,
+    /// What they reflect by it and by lights, W/m²: radiosity without what they emit.
+    pub reflected: Vec<Spectrum>,
     /// How many links there are.
     pub links: usize,
 }
@@ -98,7 +96,6 @@ impl<'m, 'a> Hierarchy<'m, 'a> {
             irradiance: Vec::new(),
             sent: vec![Lobes9::default(); clusters.len()],
             got: vec![Lobes9::default(); clusters.len()],
-            by_clusters: Vec::new(),
             clusters,
         };
         hierarchy.add_sources();
@@ -114,26 +111,41 @@ impl<'m, 'a> Hierarchy<'m, 'a> {
         for round in 0..ROUNDS {
             let coarser = 4f32.powi(ROUNDS - 1 - round);
             self.refine(refinement.error * coarser * power, refinement.area, workers)?;
-            for _ in 0..ITERATIONS {
+            let mut rest = Rest::default();
+            for i in 0..ITERATIONS {
+                workers.tell(|| {
+                    let (links, elements) = (self.links.len(), self.mesh.elements.len());
+                    let round = round + 1;
+                    format!("round {round} of {ROUNDS}: {elements} elements, {links} links, iteration {i}")
+                });
                 if workers.cancelled() {
                     return None;
                 }
                 let before = self.radiosity.clone();
                 self.gather();
                 self.push_pull();
-                let change =
-                    |(a, b): (&Spectrum, &Spectrum)| (*a - *b).map(f32::abs).max_component();
-                let largest = self.radiosity.iter().map(|b| b.max_component()).fold(0.0, f32::max);
-                let change = self.radiosity.iter().zip(&before).map(change).fold(0.0, f32::max);
-                if change <= refinement.tolerance * largest {
+                let (mut change, mut all) = (0.0, 0.0);
+                for (e, element) in
+                    self.mesh.elements.iter().enumerate().filter(|(_, e)| e.is_leaf())
+                {
+                    let area = f64::from(element.area);
+                    change += area * sum(self.radiosity[e] - before[e]);
+                    all += area * sum(self.radiosity[e] - self.source[e]);
+                }
+                if rest.is_within(change, all, refinement.tolerance) {
                     break;
                 }
             }
         }
         let leaves = self.mesh.leaves();
         let irradiance = leaves.iter().map(|&e| self.irradiance[e as usize]).collect();
-        let corners = self.corners(&leaves);
-        Some(Solved { irradiance, corners, links: self.links.len() })
+        let emits = self.sources.emit();
+        let reflected = leaves.iter().map(|&e| {
+            let emission = self.mesh.elements[e as usize].emission;
+            self.radiosity[e as usize] - if emits { emission } else { Spectrum::ZERO }
+        });
+        let reflected = reflected.collect();
+        Some(Solved { irradiance, reflected, links: self.links.len() })
     }
 
     /// S of elements that are new.
@@ -179,7 +191,6 @@ impl<'m, 'a> Hierarchy<'m, 'a> {
 
     /// (2) and (3).
     fn push_pull(&mut self) {
-        self.by_clusters = vec![Spectrum::ZERO; self.mesh.roots as usize];
         for c in (0..self.clusters.len()).rev() {
             let got = self.got[c];
             for child in self.clusters[c].children {
@@ -187,8 +198,7 @@ impl<'m, 'a> Hierarchy<'m, 'a> {
                     Node::Cluster(d) => self.got[d as usize].add(&got),
                     Node::Element(e) => {
                         let n = self.mesh.elements[e as usize].normal;
-                        self.by_clusters[e as usize] = got.over_lobe(n);
-                        self.irradiance[e as usize] += self.by_clusters[e as usize];
+                        self.irradiance[e as usize] += got.over_lobe(n);
                     }
                 }
             }

@@ -43,6 +43,11 @@ impl Hierarchy<'_, '_> {
             if workers.cancelled() {
                 return None;
             }
+            workers.tell(|| {
+                let elements = self.mesh.elements.len();
+                let (made, asked) = (self.links.len(), links.len());
+                format!("refining: {elements} elements, {made} links, {asked} in question")
+            });
             // Which are good enough?
             let power: Vec<f32> =
                 links.par_iter().map(|l| self.sent_over(l.p, l.q) * l.doubt).collect();
@@ -199,11 +204,15 @@ impl Hierarchy<'_, '_> {
                 false => 0.0,
             }
         };
-        let (two, one) = (2.0 / 3.0, 1.0 / 6.0);
-        match uneven < 0.25 {
-            true => from([1.0 / 3.0; 3]),
-            false => (from([two, one, one]) + from([one, two, one]) + from([one, one, two])) / 3.0,
-        }
+        // The nearer, the less even: parts of p, of which each is asked in its middle.
+        let n = match uneven {
+            x if x < 0.25 => 1,
+            x if x < 0.6 => 2,
+            x if x < 1.0 => 4,
+            _ => 8,
+        };
+        let sum: f32 = middles(n).map(from).sum();
+        sum / (n * n) as f32
     }
 
     /// What takes the place of F where a cluster is one of two, if nothing is between, and what it
@@ -280,4 +289,17 @@ impl Hierarchy<'_, '_> {
             Node::Cluster(_) => unreachable!("clusters end in elements"),
         }
     }
+}
+
+/// The middles of the n² equal parts of a triangle, as barycentric weights.
+fn middles(n: u32) -> impl Iterator<Item = [f32; 3]> {
+    let parts = (0..n).flat_map(move |i| (0..n - i).map(move |j| (i, j)));
+    parts.flat_map(move |(i, j)| {
+        // One that stands on its side, and, but for the last of a row, one on its head.
+        let at = move |k: f32| {
+            let [x, y] = [i, j].map(|c| (c as f32 + k) / n as f32);
+            [1.0 - x - y, x, y]
+        };
+        [Some(at(1.0 / 3.0)), (i + j + 1 < n).then(|| at(2.0 / 3.0))].into_iter().flatten()
+    })
 }

@@ -26,6 +26,8 @@ pub struct Element {
     pub albedo: Spectrum,
     /// What it emits over all directions, W/m².
     pub emission: Spectrum,
+    /// True if it reflects otherwise too, but not as a mirror, and that matters.
+    pub glossy: bool,
     /// The first of two elements that it is divided into, or [`NONE`].
     pub children: u32,
 }
@@ -38,7 +40,7 @@ impl Element {
 
     /// True if it neither reflects nor emits.
     pub fn is_black(&self) -> bool {
-        self.albedo.is_black() && self.emission.is_black()
+        !self.glossy && self.albedo.is_black() && self.emission.is_black()
     }
 
     /// The middle.

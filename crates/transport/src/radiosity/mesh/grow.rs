@@ -8,21 +8,21 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 /// An element in the order of what is to be divided first.
-struct Longest(f32, u32);
+struct First(f32, u32);
 
-impl PartialEq for Longest {
-    fn eq(&self, o: &Longest) -> bool {
+impl PartialEq for First {
+    fn eq(&self, o: &First) -> bool {
         self.cmp(o) == Ordering::Equal
     }
 }
-impl Eq for Longest {}
-impl PartialOrd for Longest {
-    fn partial_cmp(&self, o: &Longest) -> Option<Ordering> {
+impl Eq for First {}
+impl PartialOrd for First {
+    fn partial_cmp(&self, o: &First) -> Option<Ordering> {
         Some(self.cmp(o))
     }
 }
-impl Ord for Longest {
-    fn cmp(&self, o: &Longest) -> Ordering {
+impl Ord for First {
+    fn cmp(&self, o: &First) -> Ordering {
         self.0.total_cmp(&o.0).then(o.1.cmp(&self.1))
     }
 }
@@ -36,39 +36,64 @@ impl Mesh {
             self.elements[e as usize].children = self.elements.len() as u32;
             self.elements.extend(halves);
         }
-        let facets = &self.facets;
+        let (facets, glossy) = (&self.facets, self.glossy);
         self.elements[first..]
             .par_iter_mut()
-            .for_each(|half| furnish(scene, &facets[half.facet as usize], half));
+            .for_each(|half| furnish(scene, &facets[half.facet as usize], half, glossy));
     }
 
     /// Divides the leaves with the longest sides until there are so many leaves, or nothing is
     /// left to divide. Black ones stay whole.
     pub fn divide_evenly(&mut self, scene: &Scene, count: usize) {
-        let mut leaves = self.leaves();
-        let mut heap: BinaryHeap<Longest> = leaves.iter().filter_map(|&e| self.order(e)).collect();
-        let mut number = leaves.len();
+        let leaves = self.leaves();
+        let heap = leaves.iter().filter_map(|&e| self.order(e)).collect();
+        // Those of about the same length together.
+        self.divide_first(scene, (heap, leaves.len(), count), 0.999, |mesh, _, half| {
+            mesh.order(half)
+        });
+    }
+
+    /// Divides the leaves that err most, as `errs` has it of each leaf, until there are so many
+    /// leaves. Errors are those of squares: a half, of half the area, errs about a quarter.
+    pub fn divide_worst(&mut self, scene: &Scene, count: usize, errs: &[(u32, f32)]) {
+        let heap = errs.iter().filter(|(_, err)| *err > 0.0).map(|&(e, err)| First(err, e));
+        let all = (heap.collect(), errs.len(), count);
+        self.divide_first(scene, all, 0.5, |_, err, half| Some(First(0.25 * err, half)));
+    }
+
+    /// Divides what is first in a heap of leaves, all within a part of it together, until `number`
+    /// leaves have become `count`. `then` says where halves come.
+    fn divide_first(
+        &mut self,
+        scene: &Scene,
+        (mut heap, mut number, count): (BinaryHeap<First>, usize, usize),
+        together: f32,
+        then: impl Fn(&Mesh, f32, u32) -> Option<First>,
+    ) {
         while number < count && !heap.is_empty() {
-            // Those of about the same length together.
-            leaves.clear();
-            let longest = heap.peek().map_or(0.0, |l| l.0);
+            let mut divided = Vec::new();
+            let bound = heap.peek().map_or(0.0, |l| l.0) * together;
             while let Some(l) = heap.peek()
-                && l.0 > 0.999 * longest
-                && number + leaves.len() < count
+                && l.0 > bound
+                && number + divided.len() < count
             {
-                leaves.push(l.1);
-                heap.pop();
+                divided.extend(heap.pop());
             }
             let first = self.elements.len() as u32;
+            let leaves: Vec<u32> = divided.iter().map(|l| l.1).collect();
             self.divide(scene, &leaves);
-            heap.extend((first..self.elements.len() as u32).filter_map(|e| self.order(e)));
+            for (k, First(order, _)) in divided.into_iter().enumerate() {
+                let half = first + 2 * k as u32;
+                heap.extend([half, half + 1].into_iter().filter_map(|e| then(self, order, e)));
+            }
             number += leaves.len();
         }
     }
 
-    fn order(&self, e: u32) -> Option<Longest> {
+    /// By the longest side.
+    fn order(&self, e: u32) -> Option<First> {
         let element = &self.elements[e as usize];
-        (!element.is_black()).then(|| Longest(element.longest_side().1, e))
+        (!element.is_black()).then(|| First(element.longest_side().1, e))
     }
 
     fn halves(&self, scene: &Scene, e: u32) -> [Element; 2] {

@@ -9,14 +9,17 @@ impl Mesh {
     /// `None` on what has no elements.
     pub fn locate(&self, scene: &Scene, s: &Surface, w: Vec3) -> Option<(u32, [f32; 3])> {
         let (facet, at) = scene.geometry.facet_of(s)?;
-        let mut e = self.roots_of.get(&facet)?[usize::from(s.ng.dot(w) < 0.0)];
-        if e == NONE {
-            return None;
-        }
+        let root = self.roots_of.get(&facet)?[usize::from(s.ng.dot(w) < 0.0)];
+        (root != NONE).then(|| self.leaf(root, at))
+    }
+
+    /// The leaf of a root at a place on the root's facet, and the barycentric weights of the place on it.
+    pub fn leaf(&self, root: u32, at: Vec2) -> (u32, [f32; 3]) {
+        let mut e = root;
         loop {
             let element = &self.elements[e as usize];
             if element.is_leaf() {
-                return Some((e, element.weights(at)));
+                return (e, element.weights(at));
             }
             // The halves share the corner across and the middle: which is the point's?
             let (first, second) = (element.children, element.children + 1);

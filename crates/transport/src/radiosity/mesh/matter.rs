@@ -21,8 +21,8 @@ const PLACES: u32 = 4;
 /// Pairs of directions of (1).
 const PAIRS: u32 = 16;
 
-/// Sets what an element of a facet reflects and emits.
-pub fn furnish(scene: &Scene, facet: &Facet, element: &mut Element) {
+/// Sets what an element of a facet reflects and emits; `glossy` if more than its matte part matters.
+pub fn furnish(scene: &Scene, facet: &Facet, element: &mut Element, glossy: bool) {
     let mut lambda = Wavelengths::rgb();
     let mut bsdf = Bsdf::default();
     let (mut albedo, mut emission) = (Spectrum::ZERO, Spectrum::ZERO);
@@ -35,6 +35,7 @@ pub fn furnish(scene: &Scene, facet: &Facet, element: &mut Element) {
         }
         if scene.bsdf_into(&s, n, &mut lambda, &mut bsdf) {
             albedo += albedo_at(&bsdf, n) / PLACES as f32;
+            element.glossy |= glossy && bsdf.lobes().has(Lobes::GLOSSY_REFLECTION);
         }
     }
     (element.albedo, element.emission) = (albedo.clamp(0.0, 1.0), emission.clamp_zero());

@@ -31,6 +31,8 @@ pub struct Mesh {
     pub elements: Vec<Element>,
     /// How many are roots.
     pub roots: u32,
+    /// True if more than matte light matters.
+    glossy: bool,
     facets: Vec<Facet>,
     /// The roots of a facet's front and back, or [`NONE`].
     roots_of: HashMap<Facet, [u32; 2]>,
@@ -64,12 +66,12 @@ impl Point {
 }
 
 impl Mesh {
-    /// The roots alone.
-    pub fn new(scene: &Scene) -> Mesh {
+    /// The roots alone; `glossy` if more than matte light matters.
+    pub fn new(scene: &Scene, glossy: bool) -> Mesh {
         let facets = scene.geometry.facets();
         let made: Vec<[Option<Element>; 2]> = (0..facets.len() as u32)
             .into_par_iter()
-            .map(|i| [false, true].map(|back| root(scene, &facets[i as usize], i, back)))
+            .map(|i| [false, true].map(|back| root(scene, &facets[i as usize], i, (back, glossy))))
             .collect();
         let (mut elements, mut roots_of) = (Vec::new(), HashMap::with_capacity(facets.len()));
         for (facet, sides) in facets.iter().zip(made) {
@@ -83,7 +85,7 @@ impl Mesh {
             roots_of.insert(*facet, sides.map(&mut number));
         }
         let roots = elements.len() as u32;
-        Mesh { elements, roots, facets, roots_of }
+        Mesh { elements, roots, glossy, facets, roots_of }
     }
 
     /// The numbers of the leaves, in the order of their trees.
@@ -121,7 +123,12 @@ impl Mesh {
 
 /// The root of one side of a facet, if there is anything on that side. Fronts always are, since they
 /// are in the way of others' light.
-fn root(scene: &Scene, facet: &Facet, number: u32, back: bool) -> Option<Element> {
+fn root(
+    scene: &Scene,
+    facet: &Facet,
+    number: u32,
+    (back, glossy): (bool, bool),
+) -> Option<Element> {
     let at = [Vec2::ZERO, Vec2::new(1.0, 0.0), Vec2::new(0.0, 1.0)];
     let on = |at| scene.geometry.on_facet(facet, at, TIME);
     let corners = at.map(|at| on(at).p);
@@ -140,11 +147,12 @@ fn root(scene: &Scene, facet: &Facet, number: u32, back: bool) -> Option<Element
         area,
         albedo: Default::default(),
         emission: Default::default(),
+        glossy: false,
         children: NONE,
     };
     if !(area > 0.0 && normal.is_finite()) {
         return None;
     }
-    matter::furnish(scene, facet, &mut element);
+    matter::furnish(scene, facet, &mut element, glossy);
     (!back || !element.is_black()).then_some(element)
 }

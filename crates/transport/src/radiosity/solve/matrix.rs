@@ -1,15 +1,15 @@
 //! All form factors at once: the system as a matrix.
 //!
 //! ```text
-//! (I - ρF) B = S                                     direct                         (3)
-//! H ← F(S + ρH)                                      Jacobi                         (4)
-//! H_i ← Σⱼ F_ij (S_j + ρ_j H_j), the newest H_j      Gauss-Seidel                   (5)
+//! (I - ρF) B = S                                     direct                         (4)
+//! H ← F(S + ρH)                                      Jacobi                         (5)
+//! H_i ← Σⱼ F_ij (S_j + ρ_j H_j), the newest H_j      Gauss-Seidel                   (6)
 //! ```
 //!
-//! ρ < 1 and rows of F that sum to at most 1 make (3) diagonally dominant: elimination needs no
+//! ρ < 1 and rows of F that sum to at most 1 make (4) diagonally dominant: elimination needs no
 //! pivots, and both iterations converge as ρ̄ⁿ or better (Cohen & Wallace 1993, ch. 5).
 
-use super::Patches;
+use super::{Patches, Rest};
 use crate::radiosity::form_factor::Row;
 use kaustika_spectra::Spectrum;
 use rayon::prelude::*;
@@ -24,12 +24,7 @@ fn gather(row: &Row, b: impl Fn(usize) -> Spectrum) -> Spectrum {
     sum
 }
 
-/// True if no H changed by more than `tolerance` of the largest.
-fn settled(change: f32, largest: f32, tolerance: f32) -> bool {
-    change <= tolerance * largest
-}
-
-/// (3), by Gauss's elimination in double precision, channel by channel.
+/// (4), by Gauss's elimination in double precision, channel by channel.
 pub fn direct(rows: &[Row], patches: &Patches) -> Vec<Spectrum> {
     let n = rows.len();
     let mut b = vec![Spectrum::ZERO; n];
@@ -65,42 +60,43 @@ pub fn direct(rows: &[Row], patches: &Patches) -> Vec<Spectrum> {
     rows.par_iter().map(|row| gather(row, |j| b[j])).collect()
 }
 
-/// (4), until no patch changes by more than `tolerance` of the brightest.
+/// (5), until what further iterations would add is no more than `tolerance` of all the light.
 pub fn jacobi(rows: &[Row], patches: &Patches, tolerance: f32) -> Vec<Spectrum> {
     let mut h = vec![Spectrum::ZERO; rows.len()];
+    let mut rest = Rest::default();
     for _ in 0..MOST {
         let b = patches.radiosity(&h);
         let next: Vec<Spectrum> = rows.par_iter().map(|row| gather(row, |j| b[j])).collect();
-        let change = next.iter().zip(&h).map(|(a, b)| distance(*a, *b)).fold(0.0, f32::max);
-        let largest = next.iter().map(|h| h.max_component()).fold(0.0, f32::max);
+        let (mut change, mut all) = (0.0, 0.0);
+        for (i, (new, old)) in next.iter().zip(&h).enumerate() {
+            change += patches.power(i, *new - *old);
+            all += patches.power(i, *new);
+        }
         h = next;
-        if settled(change, largest, tolerance) {
+        if rest.is_within(change, all, tolerance) {
             break;
         }
     }
     h
 }
 
-/// (5), likewise.
+/// (6), likewise.
 pub fn gauss_seidel(rows: &[Row], patches: &Patches, tolerance: f32) -> Vec<Spectrum> {
     let mut h = vec![Spectrum::ZERO; rows.len()];
     let mut b = patches.source.clone();
+    let mut rest = Rest::default();
     for _ in 0..MOST {
-        let (mut change, mut largest) = (0.0f32, 0.0f32);
+        let (mut change, mut all) = (0.0, 0.0);
         for (i, row) in rows.iter().enumerate() {
             let next = gather(row, |j| b[j]);
-            change = change.max(distance(next, h[i]));
-            largest = largest.max(next.max_component());
+            change += patches.power(i, next - h[i]);
+            all += patches.power(i, next);
             h[i] = next;
             b[i] = patches.source[i] + patches.albedo[i] * next;
         }
-        if settled(change, largest, tolerance) {
+        if rest.is_within(change, all, tolerance) {
             break;
         }
     }
     h
-}
-
-fn distance(a: Spectrum, b: Spectrum) -> f32 {
-    (a - b).map(f32::abs).max_component()
 }
