@@ -10,6 +10,7 @@
 //! scatters otherwise than diffusely: D S* D.
 
 use super::{FormFactors, Row};
+use crate::path_space::Chain;
 use crate::radiosity::points::{r2, rotated};
 use kaustika_math::{Frame, Vec2, Vec3, mix_bits, warp};
 use kaustika_sampling::hash::{combine, halves, permute, unit};
@@ -48,7 +49,7 @@ impl FormFactors<'_> {
             if let Some(j) = self.patch_at(&s, -segment.ray.d) {
                 *seen.entry(j).or_default() += 1; // (1)
             }
-            if self.extended {
+            if self.chain != Chain::NONE {
                 self.follow(s, segment.ray.d, combine(key, 8 + k as u64), &mut |j, weight| {
                     *mirrored.entry(j).or_insert(Spectrum::ZERO) += weight / n as f32; // (2)
                 });
@@ -71,20 +72,21 @@ impl FormFactors<'_> {
         let scene = self.scene;
         let mut lambda = Wavelengths::rgb();
         let mut bsdf = Bsdf::default();
-        let mut weight = Spectrum::ONE;
+        let (mut weight, mut mirrors) = (Spectrum::ONE, 0);
         for bounce in 0..MOST_MIRRORS {
+            let lobes = self.chain.after(mirrors);
             if !scene.bsdf_into(&s, -d, &mut lambda, &mut bsdf) {
                 bsdf = Bsdf::default();
-            } else if !bsdf.lobes().has(Lobes::SPECULAR) {
+            } else if !bsdf.lobes().has(lobes) {
                 return;
             } else {
                 let h = combine(key, 2 * u64::from(bounce));
                 let (a, b) = halves(combine(key, 2 * u64::from(bounce) + 1));
                 let u2 = Vec2::new(unit(a), unit(b));
-                let sample =
-                    bsdf.sample(-d, unit(halves(h).0), u2, Mode::Radiance, Lobes::SPECULAR);
+                let sample = bsdf.sample(-d, unit(halves(h).0), u2, Mode::Radiance, lobes);
                 let Some(sample) = sample.filter(|s| !s.weight.is_black()) else { return };
                 weight *= sample.weight;
+                mirrors += u32::from(!sample.lobe.has(Lobes::NULL));
                 d = sample.wi;
             }
             let ray = s.spawn(d);
