@@ -12,6 +12,7 @@ pub mod environment;
 pub mod fingerprint;
 pub mod load;
 pub mod output;
+pub mod plot;
 pub mod pyramid;
 pub mod record;
 pub mod setup;

@@ -112,9 +112,10 @@ impl Setup {
         let entry = find_method(name)?;
         let known = (entry.parameters)();
         let parameters = parameters(description, &known, &options.parameters);
-        check_parameters(entry, &known, &options.parameters)?;
-        let method = (entry.make)(&parameters)
-            .map_err(|e| SetupError::Choice(format!("method `{name}`: {e}")))?;
+        let method = (entry.make)(&parameters).or_else(|e| {
+            check_parameters(entry, &known, &options.parameters)?;
+            Err(SetupError::Choice(format!("method `{name}`: {e}")))
+        })?;
 
         let camera_number = choose_camera(description, options.camera.as_deref())?;
         let camera = &description.cameras[camera_number];
@@ -172,9 +173,9 @@ impl Setup {
         frame.layers = Layers::new(&features);
         if !options.path_layers.is_empty() {
             let choice = |e: ExpressionError| SetupError::Choice(format!("--layer: {e}"));
-            let layers = options.path_layers.iter().map(|l| PathLayer::parse(l));
-            let layers: Vec<PathLayer> = layers.collect::<Result<_, _>>().map_err(choice)?;
-            frame.keep_paths(PathClasses::new(layers).map_err(choice)?);
+            let layers = options.path_layers.iter().map(|l| PathLayer::parse_all(l));
+            let layers: Vec<Vec<PathLayer>> = layers.collect::<Result<_, _>>().map_err(choice)?;
+            frame.keep_paths(PathClasses::new(layers.concat()).map_err(choice)?);
         }
         let of_method = method.layers();
         frame.keep_layers(&of_method);
@@ -334,7 +335,7 @@ fn parameters(
     set("hide_emitters", file.hide_emitters.then_some(Value::from(true)));
     set("polarized", file.polarized.then_some(Value::from(true)));
     for (key, value) in given {
-        map.insert(key.clone(), scalar(value));
+        map.insert(key.clone(), registry::scalar(value));
     }
     map
 }
@@ -347,7 +348,8 @@ fn check_parameters(
     given: &[(String, String)],
 ) -> Result<(), SetupError> {
     let method = entry.info.name;
-    let all = Map::from_iter(given.iter().map(|(key, value)| (key.clone(), scalar(value))));
+    let all =
+        Map::from_iter(given.iter().map(|(key, value)| (key.clone(), registry::scalar(value))));
     let fit = (entry.make)(&all).is_ok();
     for (key, value) in given {
         if !known.iter().any(|p| p.key == key) {
@@ -359,7 +361,7 @@ fn check_parameters(
             let message = format!("method `{method}` has no parameter `{key}`; {advice}");
             return Err(SetupError::Choice(message));
         }
-        let alone = Map::from_iter([(key.clone(), scalar(value))]);
+        let alone = Map::from_iter([(key.clone(), registry::scalar(value))]);
         if let (false, Err(e)) = (fit, (entry.make)(&alone)) {
             let message = format!("parameter `{key}` of method `{method}`: {}", in_words(&e));
             return Err(SetupError::Choice(message));
@@ -380,12 +382,4 @@ fn in_words(error: &str) -> String {
     };
     let found = found.trim_start_matches("invalid type: ").trim_start_matches("invalid value: ");
     format!("expected {expected}, found {found}")
-}
-
-/// A number or a truth value where it reads as one, else text.
-fn scalar(text: &str) -> Value {
-    match serde_json::from_str::<Value>(text) {
-        Ok(v @ (Value::Number(_) | Value::Bool(_))) => v,
-        _ => Value::String(text.into()),
-    }
 }

@@ -75,6 +75,22 @@ impl Frame {
         }
     }
 
+    /// The same picture with other layers: of a part of its light.
+    pub fn of_part(&self, layers: Layers) -> Frame {
+        Frame {
+            resolution: self.resolution,
+            region: self.region,
+            filter: self.filter.clone(),
+            filter_desc: self.filter_desc,
+            sampler: self.sampler.clone(),
+            sensor: self.sensor,
+            max_component: self.max_component,
+            layers,
+            bands: None,
+            paths: None,
+        }
+    }
+
     /// Also keeps layers of these classes of paths.
     pub fn keep_paths(&mut self, classes: PathClasses) {
         self.paths = Some(classes);

@@ -2,13 +2,14 @@
 //!
 //! [`method`] says what a method is; [`session`] runs passes of any method until a budget is
 //! met. A method knows the scene, the sampler, the film and the shared floors (`path_space`, `strategies`, `extinction`, `roulette`), and
-//! no other method's insides.
+//! no other method's insides; only `hybrid` puts methods together.
 
 pub mod bidirectional;
 pub mod extinction;
 pub mod features;
 pub mod frame;
 pub mod guiding;
+pub mod hybrid;
 pub mod lights;
 pub mod method;
 pub mod metropolis;

@@ -36,6 +36,9 @@ pub struct MethodInfo {
     pub source: &'static str,
 }
 
+/// Light that a mirror or clear glass sends from a light without extent to a diffuse surface.
+pub(crate) const CAUSTICS_OF_POINTS: &str = "C.*<.D><.S>+[^CRTVOB]";
+
 /// What a method converges to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bias {
@@ -153,6 +156,12 @@ pub trait Method: Send {
     /// ([`Feature::Trees`](kaustika_film::Feature::Trees)).
     fn grows_trees(&self) -> bool {
         false
+    }
+
+    /// Paths that it never finds of lights without extent, where there are mirrors or clear glass: an
+    /// expression ([`kaustika_film::path_expression`]).
+    fn never_of_points(&self) -> Option<&'static str> {
+        None
     }
 
     /// Figures that tell how it goes, by name: what only this method knows of itself.

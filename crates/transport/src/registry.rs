@@ -1,6 +1,7 @@
 //! The methods by name. To add one: its folder, and one line in [`ALL`].
 
 use crate::bidirectional::{self, Bdpt, Vcm};
+use crate::hybrid::{self, Hybrid};
 use crate::method::{Method, MethodInfo};
 use crate::metropolis::paths::{self, Mlt};
 use crate::metropolis::primary::{self, PrimarySpace};
@@ -118,6 +119,16 @@ pub static ALL: &[Entry] = &[
         parameters: radiosity::parameters,
         make: |p| Ok(Box::new(Radiosity::new(parse(p)?)?)),
     },
+    Entry {
+        info: &hybrid::INFO,
+        parameters: hybrid::parameters,
+        make: |p| Ok(Box::new(Hybrid::new(&hybrid::INFO, parse(p)?)?)),
+    },
+    Entry {
+        info: &hybrid::CHEN_INFO,
+        parameters: hybrid::parameters,
+        make: |p| Ok(Box::new(Hybrid::new(&hybrid::CHEN_INFO, parse(p)?)?)),
+    },
 ];
 
 /// The method with this name.
@@ -128,6 +139,14 @@ pub fn find(name: &str) -> Option<&'static Entry> {
 /// Parameters from key-value pairs; an unknown key is an error that lists the known ones.
 fn parse<T: DeserializeOwned>(p: &Map<String, Value>) -> Result<T, String> {
     serde_json::from_value(Value::Object(p.clone())).map_err(|e| e.to_string())
+}
+
+/// A parameter's value as it is written: a number or a truth value where it reads as one, else text.
+pub fn scalar(text: &str) -> Value {
+    match serde_json::from_str::<Value>(text) {
+        Ok(v @ (Value::Number(_) | Value::Bool(_))) => v,
+        _ => Value::String(text.into()),
+    }
 }
 
 /// A number of bounces, or -1.

@@ -46,6 +46,11 @@ impl PassImage {
         &self.data
     }
 
+    /// All numbers, to be added to.
+    pub fn data_mut(&mut self) -> &mut [f32] {
+        &mut self.data
+    }
+
     /// Gives up the numbers.
     pub(super) fn into_data(self) -> Vec<f32> {
         self.data

@@ -1,7 +1,7 @@
 //! Heckbert's grammar (1990), as the lecture extends it, from the light to the eye.
 //!
 //! ```text
-//! L light, E eye, D diffuse, S glossy or singular, S_M singular, V volume, . anything
+//! L light, E eye, D diffuse, S glossy or singular, S_M singular, S_G glossy, V volume, . anything
 //! repeats  * + ? {n} {n,} {n,m};   x|x;   (x);   [x] what may be left out
 //! ```
 
@@ -47,15 +47,16 @@ impl Reader {
                 'L' => Regex::any(LIGHTS),
                 'E' => Regex::any(CAMERA),
                 'D' => Regex::any(surfaces(3, 1)),
-                'S' if self.take('_') => {
-                    self.expect('M')?;
-                    Regex::any(surfaces(3, 4))
-                }
+                'S' if self.take('_') => match self.next() {
+                    Some('M') => Regex::any(surfaces(3, 4)),
+                    Some('G') => Regex::any(surfaces(3, 2)),
+                    _ => return Err(self.error("expected `S_M` or `S_G`")),
+                },
                 'S' => Regex::any(surfaces(3, 6)),
                 'V' => Regex::any(VOLUME),
                 '.' => Regex::any(surfaces(3, 7) | VOLUME),
                 _ => {
-                    let message = format!("`{c}` is no letter of a path: L E D S S_M V or `.`");
+                    let message = format!("`{c}` is no letter of a path: L E D S S_M S_G V or `.`");
                     return Err(self.error(message));
                 }
             };

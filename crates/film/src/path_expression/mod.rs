@@ -13,10 +13,13 @@ mod heckbert;
 mod names;
 mod osl;
 mod regex;
+mod series;
 #[cfg(test)]
 mod tests;
+mod words;
 
 pub use automaton::{Back, Front, PathClasses};
+pub use words::Word;
 
 use regex::Regex;
 use std::fmt;
@@ -109,6 +112,23 @@ impl PathLayer {
         }
         let regex = parse(names::known(text).unwrap_or(text))?;
         Ok(PathLayer { name: name.into(), text: text.into(), regex })
+    }
+
+    /// As [`PathLayer::parse`]; or `bounces:N` or `words:N`, which are several layers: the terms of the
+    /// Neumann series, and its words of D and S.
+    ///
+    /// # Errors
+    /// As [`PathLayer::parse`], or if N is too large.
+    pub fn parse_all(argument: &str) -> Result<Vec<PathLayer>, ExpressionError> {
+        match series::series(argument) {
+            Some(layers) => layers,
+            None => PathLayer::parse(argument).map(|layer| vec![layer]),
+        }
+    }
+
+    /// The same paths by another name.
+    pub fn named(&self, name: &str) -> PathLayer {
+        PathLayer { name: name.into(), ..self.clone() }
     }
 
     /// EXR channel names.

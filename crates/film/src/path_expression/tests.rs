@@ -49,7 +49,7 @@ fn matches(expression: &str, path: &str) -> bool {
 
 #[test]
 fn paths_of_their_classes() {
-    let table: [(&str, &[&str], &[&str]); 24] = [
+    let table: [(&str, &[&str], &[&str]); 25] = [
         ("C.*L", &["l", "dl", "gSvb", "ddddo"], &[]),
         ("C.*", &["l", "dl"], &[]),
         ("CL", &["l", "o", "b", "m"], &["dl"]),
@@ -74,6 +74,7 @@ fn paths_of_their_classes() {
         ("L[D|S]S_M*E", &["l", "dl", "sSdl", "sgl"], &["dsl", "ggl"]),
         ("LS_M*E", &["sSl", "l"], &["gl"]),
         ("LVE", &["vl"], &["dl", "vvl"]),
+        ("L(D|S)*(D|S_G)E", &["dl", "gsl"], &["l", "sl", "Sdl"]),
     ];
     for (expression, inside, outside) in table {
         for path in inside {
@@ -158,6 +159,7 @@ fn errors_say_where() {
         ("x=C.{3,1}L", "1 is less than 3", 6),
         ("x=C.{999}L", "expected a number of times, at most 64", 6),
         ("x=LXE", "`X` is no letter of a path", 2),
+        ("x=LS_XE", "expected `S_M` or `S_G`", 4),
         ("x=C<L.'key>", "a name in quotes does not end", 5),
         ("diffus", "expected NAME=EXPRESSION", 0),
         ("a b=CL", "a layer's name", 0),
@@ -173,4 +175,100 @@ fn errors_say_where() {
     assert!(e.message.contains("too long"), "{e}");
     let twice = ["x=CL", "x=CDL"].map(|l| PathLayer::parse(l).expect(l)).to_vec();
     assert!(PathClasses::new(twice).is_err());
+}
+
+fn classes(expressions: &[&str]) -> PathClasses {
+    let parse = |(i, e): (usize, &&str)| PathLayer::parse(&format!("l{i}={e}")).expect(e);
+    PathClasses::new(expressions.iter().enumerate().map(parse).collect()).expect("layers")
+}
+
+/// Which sets of layers have paths, and shortest ones.
+#[test]
+fn sets_of_layers_and_their_shortest_paths() {
+    let [a, b, c] = ["L[D]S*E", "LS+DS*E", "L(D|S)*DS*DS*E"];
+    // Chen's classes are disjoint, and without media complete.
+    let sets = classes(&[a, b, c, "L(D|S)*E"]).sets();
+    assert_eq!(sets.keys().copied().collect::<Vec<_>>(), [0b1001, 0b1010, 0b1100]);
+    let shortest = |set| sets[&set].to_string();
+    assert_eq!(shortest(0b1001), "`LE` (from the camera `CO`)");
+    assert_eq!(shortest(0b1010), "`LSDE` (from the camera `C<RD><RG>O`)");
+    assert_eq!(shortest(0b1100), "`LDDE` (from the camera `C<RD><RD>O`)");
+    // With one left out, or one too much, there are other sets.
+    let sets = classes(&[a, c, "L(D|S)*E"]).sets();
+    assert_eq!(sets[&0b100].to_string(), "`LSDE` (from the camera `C<RD><RG>O`)");
+    let sets = classes(&[a, "LS*DS_M*E"]).sets();
+    assert_eq!(sets[&0b11].to_string(), "`LDE` (from the camera `C<RD>O`)");
+    assert_eq!(sets[&0b10].to_string(), "`LSDE` (from the camera `C<RD><RG>O`)");
+    // Only a light of a name, and only the background, tell these apart.
+    let sets = classes(&["C.*L", "C.*<L.'key'>"]).sets();
+    assert_eq!(sets[&0b11].to_string(), "`LE` (from the camera `C<O.'key'>`)");
+    let sets = classes(&["CD*L", "CD*[OB]", "CD*B"]).sets();
+    assert_eq!(sets[&0b001].to_string(), "`LE` (from the camera `CL`)");
+    assert_eq!(sets[&0b111].to_string(), "`LE` (from the camera `CB`)");
+}
+
+/// Each random word of up to eight letters belongs to one of Chen's classes (1991), and a search
+/// that finds all sets of layers misses none of these words'.
+#[test]
+fn random_words_belong_to_one_class() {
+    let classes = classes(&["L[D]S*E", "LS+DS*E", "L(D|S)*DS*DS*E"]);
+    let sets = classes.sets();
+    let mut state = 1u64;
+    let mut random = |n: u64| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        (state >> 33) % n
+    };
+    let letters = ["d", "g", "s", "D", "G", "S"];
+    let mut seen = [0; 3];
+    for _ in 0..10_000 {
+        let length = random(9);
+        let word: String = (0..length).map(|_| letters[random(6) as usize]).collect();
+        let (events, source) = events(&format!("{word}l"));
+        let front = events.iter().fold(classes.camera(), |f, e| classes.onward(f, *e));
+        let set = classes.met(front, classes.light(source, None));
+        assert_eq!(set.count_ones(), 1, "{word}");
+        assert!(sets.contains_key(&set));
+        seen[set.trailing_zeros() as usize] += 1;
+    }
+    assert!(seen.iter().all(|n| *n > 100), "{seen:?}");
+}
+
+/// Terms of the Neumann series part all paths, and so do words, without media.
+#[test]
+fn series_part_the_paths() {
+    for (argument, number, names) in [
+        ("bounces:0", 2, ["bounces0", "more_bounces"].as_slice()),
+        ("bounces:30", 32, &[]),
+        ("words:2", 8, &["LE", "LDE", "LSE", "LDDE", "LDSE", "LSDE", "LSSE", "more_words"]),
+        ("words:3", 16, &[]),
+    ] {
+        let layers = PathLayer::parse_all(argument).expect(argument);
+        assert_eq!(layers.len(), number, "{argument}");
+        for (layer, name) in layers.iter().zip(names) {
+            assert_eq!(layer.name, *name);
+        }
+        let sets = PathClasses::new(layers).expect(argument).sets();
+        assert_eq!(sets.len(), number, "{argument}");
+        assert!(sets.keys().all(|set| set.count_ones() == 1), "{argument}");
+    }
+    // Tᵏ e is the sum of all words of k letters: each path of words and bounces is of one of both.
+    let layers = ["words:3", "bounces:3"].map(|s| PathLayer::parse_all(s).expect(s)).concat();
+    let length = |name: &str| match name.strip_prefix("bounces") {
+        Some(k) => k.parse().unwrap_or(usize::MAX),
+        None if name == "more_bounces" || name == "more_words" => 4,
+        None => name.len() - 2,
+    };
+    let lengths: Vec<usize> = layers.iter().map(|l| length(&l.name)).collect();
+    let sets = PathClasses::new(layers).expect("layers").sets();
+    assert_eq!(sets.len(), 16);
+    for set in sets.keys() {
+        let of: Vec<usize> = (0..32).filter(|k| set >> k & 1 != 0).map(|k| lengths[k]).collect();
+        assert!(of.len() == 2 && of[0] == of[1], "{of:?}");
+    }
+    assert!(matches("C.{2}[LOB]", "dvb") && !matches("C.{2}[LOB]", "dl"));
+    for wrong in ["bounces:31", "words:4", "words:-1", "words:"] {
+        let e = PathLayer::parse_all(wrong).expect_err(wrong);
+        assert!(e.message.starts_with("expected a number from 0 to"), "{e}");
+    }
+    assert_eq!(PathLayer::parse_all("a=LDE").map(|l| l.len()), Ok(1));
 }

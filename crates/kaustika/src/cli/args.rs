@@ -1,6 +1,7 @@
 //! What can be said on the command line.
 
 use super::duration;
+use super::plot::PlotArgs;
 use clap::{Args as ClapArgs, Parser, Subcommand};
 use kaustika::film::FilterDesc;
 use kaustika::film::accumulate::Feature;
@@ -41,6 +42,8 @@ pub enum Command {
     Rays(RaysArgs),
     /// Fly around what a scene shows, drawn by z-buffer, and tell how long frames take
     Fly(FlyArgs),
+    /// Draw what materials do with light
+    Plot(PlotArgs),
 }
 
 /// `kaustika render`.
@@ -118,7 +121,8 @@ pub struct RenderArgs {
     #[arg(long, value_name = "LAYERS")]
     pub aov: Option<FeatureList>,
     /// Layer of some paths: a light path expression from the camera (C<RD>.*L) or from the light
-    /// (LS+DS*E), or one of Arnold's names (diffuse_direct); may be repeated
+    /// (LS+DS*E), or one of Arnold's names (diffuse_direct); or layers of all: bounces:N by their
+    /// number of bounces, words:N by words of D and S; may be repeated
     #[arg(long, value_name = "NAME=EXPR")]
     pub layer: Vec<String>,
     /// Take the noise out of the picture: with Kaustika's own filter, or with Intel's (oidn); the
@@ -362,7 +366,7 @@ impl FromStr for FeatureList {
     }
 }
 
-fn key_value(text: &str) -> Result<(String, String), String> {
+pub(super) fn key_value(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
         Some((key, value)) if !key.trim().is_empty() => Ok((key.trim().into(), value.into())),
         _ => Err("expected KEY=VALUE".into()),
@@ -383,7 +387,7 @@ fn threads(text: &str) -> Result<usize, String> {
     }
 }
 
-fn count(text: &str) -> Result<u64, String> {
+pub(super) fn count(text: &str) -> Result<u64, String> {
     match text.parse() {
         Ok(n) if n > 0 => Ok(n),
         _ => Err("expected a whole number from 1".into()),

@@ -14,6 +14,7 @@ mod job;
 mod merge;
 mod methods;
 mod picture;
+mod plot;
 mod progress;
 mod rays;
 mod render;
@@ -36,6 +37,7 @@ pub fn main() -> ExitCode {
         Command::Info(args) => info::run(args),
         Command::Rays(args) => rays::run(args),
         Command::Fly(args) => fly::run(args),
+        Command::Plot(args) => plot::run(args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -2,6 +2,7 @@
 
 use crate::kit::{Place, assert_same_bits, differing_values};
 use kaustika::film::MetaValue;
+use kaustika::film::path_expression::PathLayer;
 use serde_json::Value;
 
 fn json(text: &str) -> Value {
@@ -272,6 +273,51 @@ fn methods_tell_their_parameters() {
     assert!(keys.contains(&"max_depth") && keys.contains(&"mis"), "{keys:?}");
     assert!(p.ok("methods").contains("path"));
     assert!(p.ok("methods path").contains("max_depth="));
+    // Every method says which paths it finds, in letters that layers by path understand.
+    for method in all.as_array().unwrap() {
+        let (name, class) =
+            (method["name"].as_str().unwrap(), method["path_class"].as_str().unwrap());
+        assert!(
+            p.ok(&format!("methods {name}")).contains(&format!("paths      {class}\n")),
+            "{name}"
+        );
+        PathLayer::parse(&format!("class={class}")).expect(name);
+    }
+}
+
+/// Parameters that only make sense together are not judged alone.
+#[test]
+fn parameters_go_together() {
+    let p = Place::new();
+    let radiosity = "-m radiosity -p extended=true -p patches=100 -p samples=64";
+    let told = p.fails(2, &format!("render ball.pbrt -q {radiosity} -o a.exr"));
+    assert!(told.contains("extended form factors are found by rays"), "{told}");
+    p.ok(&format!("render ball.pbrt -q {radiosity} -p solver=southwell --spp 1 -o a.exr"));
+    let parted = "-m hybrid -p of=L[D]E -p terms=path:L[D]E";
+    p.ok(&format!("render ball.pbrt -q {parted} --spp 1 -o a.exr"));
+}
+
+/// The terms of the Neumann series as layers add up to the picture, and so do words of D and S.
+#[test]
+fn the_neumann_series_is_written_as_layers() {
+    let p = Place::new();
+    for (series, names) in [
+        ("bounces:1", ["bounces0", "bounces1", "more_bounces"].as_slice()),
+        ("words:1", &["LE", "LDE", "LSE", "more_words"]),
+    ] {
+        p.ok(&format!("render ball.pbrt -q --spp 4 --layer {series} -o a.exr"));
+        let picture = p.picture("a.exr");
+        let layer = |name: &str, c: &str| {
+            let name = if name.is_empty() { c.into() } else { format!("{name}.{c}") };
+            picture.channel(&name).unwrap_or_else(|| panic!("{name}")).to_vec()
+        };
+        for c in ["R", "G", "B"] {
+            for (i, all) in layer("", c).iter().enumerate() {
+                let sum: f32 = names.iter().map(|name| layer(name, c)[i]).sum();
+                assert!((sum - all).abs() <= 1e-4 * all.max(1e-2), "{series}: {sum} {all}");
+            }
+        }
+    }
 }
 
 #[test]

@@ -15,6 +15,9 @@ fn wrong_usage_ends_with_2() {
         ("render ball.pbrt -q --camera 7 -o a.exr", "no camera `7`"),
         ("render ball.pbrt -q --crop 30,0,40,10 -o a.exr", "empty within 24 x 18"),
         ("render ball.pbrt -q --spp 4 --passes 0..5 -o a.exr", "plans only 4"),
+        ("render ball.pbrt -q -m hybrid -p terms=path:L[D]S*E -o a.exr", "no term makes `LDDE`"),
+        ("render ball.pbrt -q -m hybrid -p terms=path -o a.exr", "nor a preset; known: chen"),
+        ("render ball.pbrt -q --layer words:9 -o a.exr", "from 0 to 3"),
         ("methods magic", "known: path"),
     ] {
         let text = p.fails(2, args);

@@ -10,5 +10,6 @@ mod denoise;
 mod errors;
 mod films;
 mod kit;
+mod plot;
 mod references;
 mod shares;

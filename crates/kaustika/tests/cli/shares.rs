@@ -22,7 +22,8 @@ fn every_method_gives_the_same_bits_on_any_threads_and_in_shares() {
     let p = Place::new();
     let two_sided = ["path", "light", "bdpt", "vcm", "sppm", "photonmap", "vpl"];
     let others = ["backward", "whitted", "distributed", "zbuffer", "radiosity"];
-    for method in two_sided.into_iter().chain(others) {
+    let hybrid = "hybrid -p patches=200 -p form_rays=64 -p photons=2000";
+    for method in two_sided.into_iter().chain(others).chain([hybrid]) {
         // Filters that reach other pixels, so that splats of several bands meet.
         let common = format!("render ball.pbrt -q -m {method} --spp 4 --filter gaussian");
         p.ok(&format!("{common} -t 1 -o one.exr"));

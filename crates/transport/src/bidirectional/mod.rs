@@ -64,6 +64,10 @@ impl Method for Bdpt {
         &INFO
     }
 
+    fn never_of_points(&self) -> Option<&'static str> {
+        Some("C<.S>+<.D><.S>+[^CRTVOB]")
+    }
+
     fn layers(&self) -> Vec<String> {
         match self.params.pyramid {
             true => Pyramid::names((self.params.max_bounces() as usize).min(DEEPEST)),

@@ -33,7 +33,7 @@ use kaustika_spectra::Wavelengths;
 pub static INFO: MethodInfo = MethodInfo {
     name: "light",
     summary: "light tracing: paths from the lights, every vertex connected to the lens",
-    path_class: "L(D|S)*DE",
+    path_class: "L(D|S)*(D|S_G)E",
     misses: "lights seen directly, and all that mirrors or clear glass show last: L ... S_M E",
     bias: Bias::Unbiased,
     media: true,

@@ -25,7 +25,9 @@ use self::polarized::trace_polarized;
 use self::wave::{Wave, trace_alone};
 use crate::frame::Frame;
 use crate::lights;
-use crate::method::{Bias, Commit, CommitKind, Method, MethodInfo, RenderError, Schedule};
+use crate::method::{
+    Bias, CAUSTICS_OF_POINTS, Commit, CommitKind, Method, MethodInfo, RenderError, Schedule,
+};
 use crate::path_space::{emission_table, needs_lens};
 use crate::workers::Workers;
 use kaustika_film::accumulate::PassImage;
@@ -94,6 +96,10 @@ impl PathTracer {
 impl Method for PathTracer {
     fn info(&self) -> &'static MethodInfo {
         &INFO
+    }
+
+    fn never_of_points(&self) -> Option<&'static str> {
+        Some(CAUSTICS_OF_POINTS)
     }
 
     fn prepare(

@@ -19,6 +19,7 @@
 //! xₖ of a parallel camera. Dirac lobes stand with their probability, in both directions alike.
 
 mod camera_end;
+mod chain;
 mod classes;
 mod connections;
 mod direct;
@@ -31,6 +32,7 @@ mod through_media;
 mod vertex;
 
 pub use camera_end::{CameraEnd, needs_lens};
+pub use chain::Chain;
 pub use classes::{Closing, Tracks};
 pub use connections::{Connection, Joined, LensConnection, join, to_lens};
 pub use direct::Direct;

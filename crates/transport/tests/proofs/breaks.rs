@@ -34,7 +34,8 @@ fn passes<M: Method>(
     broken: Option<u64>,
 ) -> Vec<PassImage> {
     let config = SamplerConfig { kind: SamplerKind::Sobol, seed: 3, spp: 16, resolution: SIZE };
-    let frame = Frame::new(SIZE, FilterDesc::BOX, config);
+    let mut frame = Frame::new(SIZE, FilterDesc::BOX, config);
+    frame.keep_layers(&make().layers());
     let workers = Workers::new(threads, Arc::new(AtomicBool::new(false))).expect("threads");
     let prepared = || {
         let mut method = make();

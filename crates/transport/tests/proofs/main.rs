@@ -19,6 +19,7 @@ mod guided;
 mod guided_light;
 mod guided_photons;
 mod hair;
+mod hybrid;
 mod irradiance;
 mod layers;
 mod learned;

@@ -42,7 +42,7 @@ use std::io::{self, Read, Write};
 static INFO: MethodInfo = MethodInfo {
     name: "light",
     summary: "light tracing that learns from where, whereto and how often light should go",
-    path_class: "L(D|S)*DE",
+    path_class: "L(D|S)*(D|S_G)E",
     misses: "lights seen directly, and all that mirrors or clear glass show last: L ... S_M E",
     bias: Bias::Unbiased,
     media: false,

@@ -10,6 +10,7 @@ mod credits;
 mod emission;
 mod estimate;
 mod eye;
+pub mod field;
 mod gather;
 mod guide;
 mod guided;
@@ -22,6 +23,7 @@ mod tracing;
 pub use guided::GuidedPhotonMapper;
 pub use params::{Filter, PhotonMapParams, parameters};
 pub use photon::{Arrival, Photon, PhotonMap};
+pub use tracing::Past;
 
 use self::emission::Emission;
 use self::estimate::Reading;
@@ -33,6 +35,7 @@ use crate::lights;
 use crate::method::{
     Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule,
 };
+use crate::path_space::Chain;
 use crate::workers::Workers;
 use kaustika_film::accumulate::PassImage;
 use kaustika_sampling::hash::combine;
@@ -142,7 +145,8 @@ impl PhotonMapper {
         let mut map = |keep: Keep, emission: &Emission, count: u32| {
             let plan = &plan(frame, keep);
             let (matte, max_depth) = (params.matte, params.max_bounces());
-            Tracer { scene, emission, plan, lambda, time, keep, matte, max_depth }.map(
+            let chain = Chain::ANY;
+            Tracer { scene, emission, plan, lambda, time, keep, matte, max_depth, chain }.map(
                 first * u64::from(count),
                 count,
                 params.search,

@@ -13,12 +13,13 @@ use super::lobes::{Parts, parts};
 use super::photon::{Arrival, MAX_DEPTH, Photon, PhotonMap};
 use crate::method::{PassStats, RenderError};
 use crate::nearest::Layout;
+use crate::path_space::Chain;
 use crate::workers::Workers;
 use kaustika_math::{Vec2, Vec3};
 use kaustika_sampling::hash::{combine, unit};
 use kaustika_sampling::{Sampler, SamplerPlan};
-use kaustika_scene::Scene;
-use kaustika_scene::bsdf::{Bsdf, BsdfSample, Mode};
+use kaustika_scene::bsdf::{Bsdf, BsdfSample, Lobes, Mode};
+use kaustika_scene::{Scene, Surface};
 use kaustika_spectra::{Spectrum, Wavelengths};
 use rayon::prelude::*;
 
@@ -46,6 +47,19 @@ pub(super) struct Tracer<'a> {
     /// Glossy surfaces from this roughness on are matte.
     pub(super) matte: f32,
     pub(super) max_depth: u32,
+    /// What lies between two matte surfaces.
+    pub(super) chain: Chain,
+}
+
+/// What a photon has met before it arrives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Past {
+    /// Nothing, or what goes straight through: L.
+    Straight,
+    /// Sharp surfaces alone: L S⁺.
+    Caustic,
+    /// A matte one too: L(D|S)* D S*.
+    Reflected,
 }
 
 /// Photons and their places.
@@ -61,31 +75,52 @@ impl<'a> Tracer<'a> {
         workers: &Workers,
         stats: &mut PassStats,
     ) -> Result<PhotonMap, RenderError> {
+        let keep = |kept: &mut Kept, s: &Surface, arrival: &Arrival, _, u: f32| {
+            kept.0.push(s.p);
+            kept.1.push(Photon::new(arrival, u));
+        };
+        let chunks = self.arrivals(first, count, workers, stats, keep)?;
+        let (mut places, mut photons) = Kept::default();
+        for (p, q) in chunks {
+            places.extend(p);
+            photons.extend(q);
+        }
+        Ok(workers.install(|| PhotonMap::new(layout, &places, &photons)))
+    }
+
+    /// The same photons, chunk by chunk: `keep` puts what arrived at a surface into a chunk's `K`; it
+    /// also gets what the photon had met, and a number in [0, 1) to round by.
+    pub(super) fn arrivals<K: Default + Send>(
+        &self,
+        first: u64,
+        count: u32,
+        workers: &Workers,
+        stats: &mut PassStats,
+        keep: impl Fn(&mut K, &Surface, &Arrival, Past, f32) + Sync,
+    ) -> Result<Vec<K>, RenderError> {
         let (count, share) = (u64::from(count), 1.0 / count as f32);
         let chunk = |chunk: u64| {
-            let (mut kept, mut stats) = (Kept::default(), PassStats::default());
+            let (mut kept, mut stats) = (K::default(), PassStats::default());
             let mut bsdf = Bsdf::default();
             if !workers.cancelled() {
                 for i in chunk * CHUNK..count.min((chunk + 1) * CHUNK) {
-                    self.trace(first + i, share, &mut bsdf, &mut kept, &mut stats);
+                    let mut keep =
+                        |s: &Surface, a: &Arrival, past, u| keep(&mut kept, s, a, past, u);
+                    self.trace(first + i, share, &mut bsdf, &mut keep, &mut stats);
                 }
             }
             (kept, stats)
         };
-        workers.install(|| {
-            let chunks: Vec<(Kept, PassStats)> =
-                (0..count.div_ceil(CHUNK)).into_par_iter().map(chunk).collect();
-            if workers.cancelled() {
-                return Err(RenderError::Cancelled);
-            }
-            let (mut places, mut photons) = Kept::default();
-            for ((p, q), s) in chunks {
-                places.extend(p);
-                photons.extend(q);
-                *stats += s;
-            }
-            Ok(PhotonMap::new(layout, &places, &photons))
-        })
+        let chunks: Vec<(K, PassStats)> =
+            workers.install(|| (0..count.div_ceil(CHUNK)).into_par_iter().map(chunk).collect());
+        if workers.cancelled() {
+            return Err(RenderError::Cancelled);
+        }
+        let counted = |(kept, s)| {
+            *stats += s;
+            kept
+        };
+        Ok(chunks.into_iter().map(counted).collect())
     }
 
     /// Follows the photon number `i`, whose power is multiplied by `share`.
@@ -94,7 +129,7 @@ impl<'a> Tracer<'a> {
         i: u64,
         share: f32,
         bsdf: &mut Bsdf<'a>,
-        kept: &mut Kept,
+        keep: &mut impl FnMut(&Surface, &Arrival, Past, f32),
         stats: &mut PassStats,
     ) {
         let mut sampler = self.plan.start([0, 0], i);
@@ -106,19 +141,20 @@ impl<'a> Tracer<'a> {
         };
         ray.time = self.time;
         let mut power = power * share;
-        let mut indirect = false;
+        let (mut past, mut mirrors) = (Past::Straight, 0);
         for depth in 1..=self.max_depth.min(MAX_DEPTH) {
             let surface = next_surface(self.scene, ray, &mut lambda, bsdf, stats);
             let Some(surface) = surface else { return };
             let wo = -ray.d;
-            let parts = parts(bsdf, self.matte);
+            let mut parts = parts(bsdf, self.matte);
+            parts.sharp = parts.sharp & self.chain.after(mirrors);
             let wanted = self.keep == Keep::All || depth > 1;
             if !parts.matte.is_empty() && wanted {
                 let dispersed = lambda.secondary_terminated();
+                let indirect = past == Past::Reflected;
                 let arrival = Arrival { wi: wo, power, depth, indirect, dispersed };
-                kept.0.push(surface.p);
                 let u = unit((combine(i, depth.into()) >> 32) as u32);
-                kept.1.push(Photon::new(&arrival, u));
+                keep(&surface, &arrival, past, u);
             }
             let Some(on) = scatter(bsdf, &parts, wo, power, Mode::Importance, &mut sampler) else {
                 return;
@@ -126,7 +162,12 @@ impl<'a> Tracer<'a> {
             if on.matte && self.keep == Keep::Caustics {
                 return;
             }
-            indirect |= on.matte;
+            (past, mirrors) = match (on.matte, past) {
+                (true, _) => (Past::Reflected, 0),
+                (false, _) if on.sample.lobe.has(Lobes::NULL) => (past, mirrors),
+                (false, Past::Straight) => (Past::Caustic, mirrors + 1),
+                (false, _) => (past, mirrors + 1),
+            };
             power = on.power;
             ray = surface.spawn(on.sample.wi);
         }
@@ -158,7 +199,7 @@ pub(super) fn scatter(
         let after = sample.map_or(Spectrum::ZERO, |s| power * s.weight);
         (sample, after, sum(after) / total)
     };
-    let drawn = |lobes: kaustika_scene::bsdf::Lobes| match lobes.is_empty() {
+    let drawn = |lobes: Lobes| match lobes.is_empty() {
         true => None,
         false => draw(lobes),
     };

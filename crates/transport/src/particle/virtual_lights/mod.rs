@@ -14,7 +14,8 @@ use self::estimate::Estimator;
 use crate::frame::Frame;
 use crate::lights;
 use crate::method::{
-    Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule,
+    Bias, CAUSTICS_OF_POINTS, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError,
+    Schedule,
 };
 use crate::path_space::{emission_table, needs_lens};
 use crate::workers::Workers;
@@ -56,6 +57,10 @@ impl Vpl {
 impl Method for Vpl {
     fn info(&self) -> &'static MethodInfo {
         &INFO
+    }
+
+    fn never_of_points(&self) -> Option<&'static str> {
+        Some(CAUSTICS_OF_POINTS)
     }
 
     fn prepare(

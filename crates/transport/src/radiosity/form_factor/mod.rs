@@ -15,6 +15,7 @@ mod rays;
 
 use super::mesh::{Element, Mesh, Point};
 use super::points::{r2, rotated};
+use crate::path_space::Chain;
 use kaustika_math::mix_bits;
 use kaustika_scene::Scene;
 use kaustika_spectra::Spectrum;
@@ -84,7 +85,8 @@ pub struct FormFactors<'a> {
     pub patches: Vec<u32>,
     kind: FormFactorKind,
     samples: u32,
-    extended: bool,
+    /// What rays are followed through.
+    chain: Chain,
     /// Of the mesh's elements, their number among the patches.
     number: Vec<u32>,
     /// Points of the patches, some of each, for pairs.
@@ -115,7 +117,13 @@ impl<'a> FormFactors<'a> {
                 .collect(),
             FormFactorKind::Rays | FormFactorKind::Hemicube => Vec::new(),
         };
-        FormFactors { scene, mesh, patches, kind, samples, extended, number, points }
+        let chain = if extended { Chain::ANY } else { Chain::NONE };
+        FormFactors { scene, mesh, patches, kind, samples, chain, number, points }
+    }
+
+    /// Follows rays through this.
+    pub fn through(self, chain: Chain) -> FormFactors<'a> {
+        FormFactors { chain, ..self }
     }
 
     /// How many patches there are.

@@ -12,6 +12,7 @@
 //! scene, L S+ D.
 
 use super::{FormFactors, Row};
+use crate::path_space::Chain;
 use crate::radiosity::points::{r2, rotated};
 use crate::radiosity::sources::outside;
 use kaustika_math::{Frame, Vec2, Vec3, mix_bits, warp};
@@ -74,7 +75,7 @@ impl FormFactors<'_> {
             if let Some(j) = self.patch_at(&s, -segment.ray.d) {
                 *seen.entry(j).or_default() += 1; // (1)
             }
-            if self.extended {
+            if self.chain != Chain::NONE {
                 let key = combine(key, 8 + k as u64);
                 escaped += self.follow(s, segment.ray.d, key, &mut |j, weight| match weight {
                     Some(k) => *mirrored.entry(j).or_insert(Spectrum::ZERO) += k / n as f32, // (2)
@@ -107,36 +108,36 @@ impl FormFactors<'_> {
         let scene = self.scene;
         let mut lambda = Wavelengths::rgb();
         let mut bsdf = Bsdf::default();
-        let mut weight = Spectrum::ONE;
-        let mut mirrored = false;
+        let (mut weight, mut mirrors, mut weighted) = (Spectrum::ONE, 0, false);
         for bounce in 0..MOST_MIRRORS {
+            let lobes = self.chain.after(mirrors);
             if !scene.bsdf_into(&s, -d, &mut lambda, &mut bsdf) {
                 bsdf = Bsdf::default();
-            } else if !bsdf.lobes().has(Lobes::SPECULAR) {
+            } else if !bsdf.lobes().has(lobes) {
                 return Spectrum::ZERO;
             } else {
                 let h = combine(key, 2 * u64::from(bounce));
                 let (a, b) = halves(combine(key, 2 * u64::from(bounce) + 1));
                 let u2 = Vec2::new(unit(a), unit(b));
-                let sample =
-                    bsdf.sample(-d, unit(halves(h).0), u2, Mode::Radiance, Lobes::SPECULAR);
+                let sample = bsdf.sample(-d, unit(halves(h).0), u2, Mode::Radiance, lobes);
                 let Some(sample) = sample.filter(|s| !s.weight.is_black()) else {
                     return Spectrum::ZERO;
                 };
                 weight *= sample.weight;
+                mirrors += u32::from(!sample.lobe.has(Lobes::NULL));
+                weighted = true;
                 d = sample.wi;
-                mirrored = true;
             }
             let ray = s.spawn(d);
             let Some(next) = scene.intersect(&ray, f32::INFINITY) else {
-                return match mirrored {
+                return match weighted {
                     true => weight * outside(scene, &ray),
                     false => Spectrum::ZERO,
                 };
             };
             s = next;
             if let Some(j) = self.patch_at(&s, -d) {
-                found(j, mirrored.then_some(weight));
+                found(j, weighted.then_some(weight));
             }
         }
         Spectrum::ZERO
