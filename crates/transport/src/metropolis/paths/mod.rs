@@ -6,10 +6,13 @@
 
 mod bidirectional;
 mod kept;
+mod lens_subpath;
 mod mutation;
 mod params;
 mod path;
 mod perturbation;
+#[cfg(test)]
+mod tests;
 mod tracer;
 mod walk;
 

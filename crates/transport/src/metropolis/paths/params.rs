@@ -20,12 +20,19 @@ pub enum Mutation {
     Caustic,
     /// The eye's end moves, and at each D before an S the direction.
     MultiChain,
+    /// The eye's end is made anew, from anywhere on the film.
+    LensSubpath,
 }
 
 impl Mutation {
     /// All of them.
-    pub const ALL: [Mutation; 4] =
-        [Mutation::Bidirectional, Mutation::Lens, Mutation::Caustic, Mutation::MultiChain];
+    pub const ALL: [Mutation; 5] = [
+        Mutation::Bidirectional,
+        Mutation::Lens,
+        Mutation::Caustic,
+        Mutation::MultiChain,
+        Mutation::LensSubpath,
+    ];
 
     /// As parameters name it.
     pub fn name(self) -> &'static str {
@@ -34,6 +41,7 @@ impl Mutation {
             Mutation::Lens => "lens",
             Mutation::Caustic => "caustic",
             Mutation::MultiChain => "multichain",
+            Mutation::LensSubpath => "subpath",
         }
     }
 }
@@ -146,7 +154,7 @@ pub fn parameters() -> Vec<Parameter> {
     list.push(Parameter {
         key: "mutations",
         default: "all".into(),
-        help: "kinds of mutations: bidirectional, lens, caustic, multichain, with + between them, or all; without bidirectional parts may be left out",
+        help: "kinds of mutations: bidirectional, lens, caustic, multichain, subpath, with + between them, or all; without bidirectional parts may be left out",
     });
     list
 }

@@ -2,6 +2,7 @@
 
 use super::bidirectional::{self, Lengths};
 use super::kept::Kept;
+use super::lens_subpath;
 use super::mutation::Proposal;
 use super::params::Mutation;
 use super::path::Path;
@@ -46,6 +47,7 @@ pub(super) fn propose<'a>(
         Mutation::Lens => move_eye(tracer, x, EyeSide::Lens, draws),
         Mutation::MultiChain => move_eye(tracer, x, EyeSide::MultiChain, draws),
         Mutation::Caustic => move_caustic(tracer, x, draws),
+        Mutation::LensSubpath => lens_subpath::propose(tracer, x, lengths, draws),
     }
 }
 
