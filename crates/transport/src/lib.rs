@@ -29,7 +29,7 @@ pub mod workers;
 pub mod zbuffer;
 
 pub use frame::Frame;
-pub use method::{Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule};
+pub use method::{Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule, Trust};
 pub use session::{Budget, Observer, Outcome, Progress, Session};
 pub use workers::Workers;
 

@@ -19,7 +19,7 @@ use std::sync::Arc;
 
 /// Parameters for small pictures.
 fn with(p: Value) -> Value {
-    let mut all = json!({"bootstrap": 4096, "chains": 24});
+    let mut all = json!({"bootstrap": 4096, "brightness_error": 1.0, "chains": 32});
     let Value::Object(more) = p else { panic!("an object") };
     all.as_object_mut().expect("an object").extend(more);
     all
@@ -127,7 +127,7 @@ fn many_short_chains_are_right_if_their_starts_are_resampled() {
     let scene = stage.build();
     let p = |startup: &str, discard: u32| {
         json!({
-            "max_depth": 3, "chains": 20_000, "bootstrap": 8192, "direct": "together",
+            "max_depth": 3, "chains": 20_000, "bootstrap": 8192, "brightness_error": 1.0, "direct": "together",
             "startup": startup, "discard": discard, "adapt": false, "large_step": 0.05,
         })
     };
@@ -161,6 +161,23 @@ fn many_short_chains_are_right_if_their_starts_are_resampled() {
     let (_, bias_8) = off(8);
     assert!(p_0 < level(), "{p_0}");
     assert!(bias_8 < bias_0, "{bias_8} {bias_0}");
+}
+
+#[test]
+fn energy_redistribution_agrees_with_bdpt() {
+    let scene = glass_room();
+    let bdpt = means(&scene, "bdpt", json!({"max_depth": 4}), 3000, 4500);
+    let cases = [
+        json!({"max_depth": 4, "chain_length": 20}),
+        json!({"max_depth": 4, "chain_length": 3, "direct": "together"}),
+        json!({"max_depth": 4, "chain_length": 50, "mutations": "all"}),
+        // Light is neither lost nor made if b is not known well.
+        json!({"max_depth": 4, "chain_length": 20, "bootstrap": 50}),
+    ];
+    for (i, p) in cases.into_iter().enumerate() {
+        // Passes are independent.
+        agree(&format!("erpt {p}"), &means(&scene, "erpt", p, 3000, 4510 + i as u64), &bdpt);
+    }
 }
 
 #[test]

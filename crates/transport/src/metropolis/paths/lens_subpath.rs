@@ -63,7 +63,8 @@ pub(super) fn propose<'a>(
         limit = f32::INFINITY;
         if draws.f64() < ends(&node) {
             new.push(Turn { node, dirac: None });
-            return join(tracer, x, d, (sensed, new));
+            let fits = d + new.len() >= lengths.fewest;
+            return fits.then(|| join(tracer, x, d, (sensed, new)))?;
         }
         let onward = tracer.scatter(&node, -ray.d, Mode::Radiance, draws)?;
         let dirac = Some(onward.dirac?);

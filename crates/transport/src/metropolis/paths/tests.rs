@@ -192,7 +192,7 @@ fn mirror_hall() -> Scene {
 
 #[test]
 fn no_mutation_draws_light_where_it_does_not_belong() {
-    let lengths = Lengths { fewest: 1, most: 5 };
+    let lengths = Lengths { fewest: 2, most: 5 };
     for (what, scene) in [("glass", glass_room()), ("hall", mirror_hall()), ("water", water())] {
         for kind in Mutation::ALL {
             stays(what, &scene, lengths, kind, 0.001);
