@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let budget = Budget { end_pass: Some(setup.spp), ..Default::default() };
     let outcome = session.run(&budget, &workers, &mut Report)?;
     let seconds = outcome.elapsed.as_secs_f64();
-    let picture = output::picture(&session.tree, &setup.record, seconds);
+    let picture = output::picture(&session.tree, None, &setup.record, seconds);
     film::write_picture(&file, &picture, &Default::default())?;
     eprintln!("-> {file}");
     Ok(())

@@ -4,6 +4,7 @@ use crate::record::Record;
 use kaustika_film::accumulate::{Feature, PassTree, Total};
 use kaustika_film::{ChannelKind, Picture};
 use kaustika_sampling::SamplerKind;
+use kaustika_transport::Trust;
 
 /// Fewest independent passes from which a standard error is estimated.
 const MIN_GROUPS: u64 = 8;
@@ -13,15 +14,20 @@ const MIN_GROUPS: u64 = 8;
 /// where samples are independent, `StdError` (of the mean), with the metadata of `record`.
 /// `seconds` is the time spent rendering.
 ///
-/// Without passes the picture is black.
-pub fn picture(tree: &PassTree, record: &Record, seconds: f64) -> Picture {
+/// Where the method knows its errors itself, `trust`, `StdError` and `Variance` are those, and its layers
+/// come last. Without passes the picture is black.
+pub fn picture(tree: &PassTree, trust: Option<&Trust>, record: &Record, seconds: f64) -> Picture {
     let mut picture = preview(tree);
     if let Some(total) = tree.total() {
         add_bands(&mut picture, &total, &record.bands, tree.layers().offset_of_bands());
         add_features(&mut picture, tree, &total);
         add_paths(&mut picture, tree, &total);
         let names = ["Variance.R", "Variance.G", "Variance.B"];
-        add_rgb(&mut picture, names, |i| total.variance(i));
+        let n = total.passes as f32;
+        add_rgb(&mut picture, names, |i| match trust {
+            Some(trust) => trust.error[i].map(|e| n * e * e),
+            None => total.variance(i),
+        });
         if let Some(camera_space) = record.gbuffer {
             add_relative_variance(&mut picture, &total);
             if camera_space {
@@ -29,9 +35,13 @@ pub fn picture(tree: &PassTree, record: &Record, seconds: f64) -> Picture {
             }
         }
         let independent = record.sampler == SamplerKind::Independent.name();
-        if independent && total.passes >= MIN_GROUPS {
-            let n = total.passes as f32;
-            let names = ["StdError.R", "StdError.G", "StdError.B"];
+        let names = ["StdError.R", "StdError.G", "StdError.B"];
+        if let Some(trust) = trust {
+            add_rgb(&mut picture, names, |i| trust.error[i]);
+            for (name, layer) in &trust.layers {
+                picture.push(name.as_str(), layer.clone());
+            }
+        } else if independent && total.passes >= MIN_GROUPS {
             add_rgb(&mut picture, names, |i| total.variance(i).map(|v| (v / n).sqrt()));
         }
     }

@@ -29,6 +29,14 @@ pub mod workers;
 pub mod zbuffer;
 
 pub use frame::Frame;
-pub use method::{Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule};
+pub use method::{Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule, Trust};
 pub use session::{Budget, Observer, Outcome, Progress, Session};
 pub use workers::Workers;
+
+// The stages that the proofs build their scenes with, for tests of what is private here.
+#[cfg(test)]
+extern crate self as kaustika_transport;
+#[cfg(test)]
+#[allow(dead_code, reason = "the proofs use the rest")]
+#[path = "../tests/proofs/scenes.rs"]
+mod test_scenes;

@@ -134,6 +134,15 @@ pub struct LightMap {
     pub mesh: TriMesh,
 }
 
+/// How far a picture can be trusted whose passes depend on each other, as the method knows it.
+#[derive(Clone, Debug, Default)]
+pub struct Trust {
+    /// Standard error of each pixel's mean, linear RGB, row by row.
+    pub error: Vec<[f32; 3]>,
+    /// Layers of a number a pixel that tell more, by name.
+    pub layers: Vec<(String, Vec<f32>)>,
+}
+
 /// A progressive estimator of an image, run in numbered passes.
 ///
 /// Within a pass shared state is frozen; nothing depends on time, threads or budgets, so that
@@ -166,6 +175,17 @@ pub trait Method: Send {
 
     /// Figures that tell how it goes, by name: what only this method knows of itself.
     fn report(&self) -> Vec<(String, f64)> {
+        Vec::new()
+    }
+
+    /// The errors of the picture of all passes so far, where passes are not independent and their
+    /// spread tells too little.
+    fn trust(&self) -> Option<Trust> {
+        None
+    }
+
+    /// What the user should know at the end, line by line.
+    fn remarks(&self) -> Vec<String> {
         Vec::new()
     }
 

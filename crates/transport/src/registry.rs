@@ -3,7 +3,7 @@
 use crate::bidirectional::{self, Bdpt, Vcm};
 use crate::hybrid::{self, Hybrid};
 use crate::method::{Method, MethodInfo};
-use crate::metropolis::paths::{self, Mlt};
+use crate::metropolis::paths::{self, Erpt, Mlt};
 use crate::metropolis::primary::{self, PrimarySpace};
 use crate::particle::photon_map;
 use crate::particle::{self, Vpl};
@@ -93,6 +93,11 @@ pub static ALL: &[Entry] = &[
         info: &paths::INFO,
         parameters: paths::parameters,
         make: |p| Ok(Box::new(Mlt::new(parse(p)?))),
+    },
+    Entry {
+        info: &paths::ERPT_INFO,
+        parameters: paths::erpt_parameters,
+        make: |p| Ok(Box::new(Erpt::new(parse(p)?))),
     },
     Entry {
         info: &backward::INFO,

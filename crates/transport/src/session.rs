@@ -180,7 +180,7 @@ impl<'a> Session<'a> {
             // grown by about an eighth since the last one.
             let passes = self.tree.passes();
             if passes >= 4 && passes.is_multiple_of((passes / 8).next_power_of_two()) {
-                outcome.error = self.tree.total().map(|t| relative_error(&t, &self.tree));
+                outcome.error = self.error();
                 let reached = |e: RelativeError| budget.noise.is_some_and(|n| e.p95 <= n);
                 if passes >= 16 && outcome.error.is_some_and(reached) {
                     outcome.reached_noise = true;
@@ -201,23 +201,38 @@ impl<'a> Session<'a> {
             }
         }
         outcome.elapsed = start.elapsed();
-        outcome.error = self.tree.total().map(|t| relative_error(&t, &self.tree));
+        outcome.error = self.error();
         Ok(outcome)
+    }
+
+    fn error(&self) -> Option<RelativeError> {
+        let total = self.tree.total()?;
+        Some(match self.method.trust() {
+            Some(trust) => relative_error(&total, &self.tree, |i| trust.error[i].map(|e| e * e)),
+            None => {
+                let n = total.passes as f32;
+                relative_error(&total, &self.tree, |i| total.variance(i).map(|v| v / n))
+            }
+        })
     }
 }
 
-/// Estimated relative error of each pixel, standard error of the mean over the mean, where the
+/// Estimated relative error of each pixel, standard error of the mean over the mean, from the
+/// variance of the mean: what the method knows, or what passes tell if the
 /// samples of a pixel are taken as independent: for stratified samplers an upper bound. Dark
 /// pixels count against a hundredth of the image's mean, so that black corners do not rule.
-pub fn relative_error(total: &Total, tree: &PassTree) -> RelativeError {
+pub fn relative_error(
+    total: &Total,
+    tree: &PassTree,
+    variance: impl Fn(usize) -> [f32; 3],
+) -> RelativeError {
     let pixels = tree.width() as usize * tree.height() as usize;
     let luminance = |c: [f32; 3]| 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
     let mean = (0..pixels).map(|i| luminance(total.rgb(i)).max(0.0) as f64).sum::<f64>()
         / pixels.max(1) as f64;
     let floor = (0.01 * mean as f32).max(1e-12);
-    let n = total.passes as f32;
     let mut errors: Vec<f32> = (0..pixels)
-        .map(|i| (luminance(total.variance(i)) / n).sqrt() / luminance(total.rgb(i)).max(floor))
+        .map(|i| luminance(variance(i)).sqrt() / luminance(total.rgb(i)).max(floor))
         .collect();
     let sum: f64 = errors.iter().map(|&e| e as f64).sum();
     let k = (errors.len() * 95 / 100).min(errors.len().saturating_sub(1));

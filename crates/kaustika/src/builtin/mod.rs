@@ -148,7 +148,7 @@ mod tests {
         let mut session = Session::new(&setup.scene, &setup.frame, method);
         let budget = Budget { end_pass: Some(setup.spp), ..Default::default() };
         session.run(&budget, &workers, &mut Silent).expect("it renders");
-        let picture = output::picture(&session.tree, &setup.record, 0.0);
+        let picture = output::picture(&session.tree, None, &setup.record, 0.0);
         assert!(picture.rgb().expect("it has colours").pixels().flatten().all(f32::is_finite));
         let [r, g, b] = mean(&picture, [0.0, 1.0], [0.0, 1.0]);
         // Standard errors of these means are below 2 %: the bounds are many of them away.

@@ -222,6 +222,7 @@ impl<'a> Job<'a> {
         };
         let stats = Stats::new(self.record, &run, phases, workers.threads());
         let counted = self.args.stats.as_deref().map_or(Ok(()), |path| write_stats(path, &stats));
+        session.method.remarks().iter().for_each(|remark| self.tell(remark));
         self.summarise(passes, written.is_ok(), keeps && kept.is_ok(), &rendered);
         match denoised.transpose() {
             Ok(report) => report.iter().for_each(|report| self.tell(report)),
@@ -269,7 +270,8 @@ impl<'a> Job<'a> {
     }
 
     fn picture(&self, session: &Session) -> Picture {
-        output::picture(&session.tree, self.record, self.seconds())
+        let trust = session.method.trust();
+        output::picture(&session.tree, trust.as_ref(), self.record, self.seconds())
     }
 
     fn save(&self, session: &Session) -> Result<(), String> {

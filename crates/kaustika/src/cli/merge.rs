@@ -24,7 +24,7 @@ pub fn run(args: &MergeArgs) -> Result<(), Failure> {
     if passes == 0 {
         return Err(Failure::input("the parts hold no passes"));
     }
-    let merged = output::picture(&whole.tree, &whole.record, whole.seconds);
+    let merged = output::picture(&whole.tree, None, &whole.record, whole.seconds);
     picture::write(&args.output, &merged, &args.look)?;
     if let Some(first) = args.output.first() {
         whole.write(&checkpoint::beside(first)).map_err(Failure::input)?;

@@ -20,7 +20,7 @@ fn threads_do_not_change_the_picture() {
 #[test]
 fn every_method_gives_the_same_bits_on_any_threads_and_in_shares() {
     let p = Place::new();
-    let two_sided = ["path", "light", "bdpt", "vcm", "sppm", "photonmap", "vpl"];
+    let two_sided = ["path", "light", "bdpt", "vcm", "sppm", "photonmap", "vpl", "erpt"];
     let others = ["backward", "whitted", "distributed", "zbuffer", "radiosity"];
     let hybrid = "hybrid -p patches=200 -p form_rays=64 -p photons=2000";
     for method in two_sided.into_iter().chain(others).chain([hybrid]) {

@@ -9,15 +9,18 @@
 //! colours do: those of a few wavelengths may be negative.
 
 use super::Draws;
+use super::tiles::Tiles;
 use crate::frame::Frame;
 use crate::method::RenderError;
-use crate::path_space::{Splat, add_splat};
+use crate::path_space::Splat;
 use crate::saved::Saved;
 use crate::workers::Workers;
-use kaustika_film::accumulate::PassImage;
 use kaustika_math::Vec2;
 use rayon::prelude::*;
 use std::io::{self, Read, Write};
+
+/// Groups of chains, where there are as many chains: enough to know an error to a fifth.
+const GROUPS: u64 = 16;
 
 /// Chains whose deposits are kept at the same time: bounds the memory they take.
 const WINDOW: usize = 32;
@@ -28,6 +31,8 @@ const WINDOW: usize = 32;
 pub struct Field {
     first: Vec2,
     size: Vec2,
+    /// The region's first pixel, and how many there are.
+    region: [u32; 4],
 }
 
 impl Field {
@@ -39,7 +44,17 @@ impl Field {
         let margin = Vec2::new(r.x - 0.5, r.y - 0.5);
         let margin = Vec2::new(margin.x.max(0.0), margin.y.max(0.0));
         let size = Vec2::new(x1 - x0, y1 - y0) + margin * 2.0;
-        Field { first: Vec2::new(x0, y0) - margin, size }
+        let [x, y, ..] = frame.region;
+        let [w, h] = frame.size();
+        Field { first: Vec2::new(x0, y0) - margin, size, region: [x, y, w, h] }
+    }
+
+    /// The tile of the region that a place lies in.
+    pub fn tile(&self, p: Vec2) -> Option<usize> {
+        let [x0, y0, w, h] = self.region;
+        let (x, y) = (p.x - x0 as f32, p.y - y0 as f32);
+        let inside = x >= 0.0 && y >= 0.0 && x < w as f32 && y < h as f32;
+        inside.then(|| Tiles::new([w, h]).of(x as u32, y as u32))
     }
 
     /// Its area in pixels.
@@ -87,7 +102,9 @@ impl Saved for Splat {
 /// How many chains there are, and steps of each in a pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Schedule {
-    /// Chains.
+    /// Groups of chains that are independent renders.
+    pub groups: usize,
+    /// Chains, as many in each group.
     pub chains: usize,
     /// Steps.
     pub steps: u64,
@@ -99,7 +116,10 @@ impl Schedule {
         let [w, h] = frame.size().map(u64::from);
         let pixels = (w * h).max(1);
         let chains = u64::from(most).min(pixels).max(1);
-        Schedule { chains: chains as usize, steps: pixels.div_ceil(chains) }
+        let groups = chains.min(GROUPS);
+        let chains = chains / groups * groups;
+        let steps = pixels.div_ceil(chains);
+        Schedule { groups: groups as usize, chains: chains as usize, steps }
     }
 
     /// Weight of a state of weight one: b / N of (1).
@@ -115,36 +135,36 @@ pub fn deposit(splats: &[Splat], weight: f64, out: &mut Vec<Splat>) {
 }
 
 /// Moves every chain on by `advance`, which leaves splats, and gives back the chains as they are
-/// then, and what each has counted. The splats are added in the order of the chains.
+/// then, and what each has counted. `keep` gets the splats, chain by chain in their order.
 ///
 /// # Errors
-/// If cancelled; the image is then useless, and `chains` are as they were.
+/// If cancelled; what was kept is then useless, and `chains` are as they were.
 pub fn run<K: Clone + Send + Sync, S: Send, T: Send>(
     workers: &Workers,
-    frame: &Frame,
-    image: &mut PassImage,
     chains: &[K],
     room: impl Fn() -> S + Sync + Send,
-    advance: impl Fn(&mut S, &mut K, &mut Vec<Splat>) -> T + Sync + Send,
+    advance: impl Fn(&mut S, usize, &mut K, &mut Vec<Splat>) -> T + Sync + Send,
+    mut keep: impl FnMut(usize, &[Splat]),
 ) -> Result<(Vec<K>, Vec<T>), RenderError> {
     let mut moved = Vec::with_capacity(chains.len());
     let mut counts = Vec::with_capacity(chains.len());
-    for window in chains.chunks(WINDOW) {
-        let one = |room: &mut S, chain: &K| {
+    for (w, window) in chains.chunks(WINDOW).enumerate() {
+        let one = |room: &mut S, (i, chain): (usize, &K)| {
             if workers.cancelled() {
                 return None;
             }
             let mut chain = chain.clone();
             let mut splats = Vec::new();
-            let count = advance(room, &mut chain, &mut splats);
+            let count = advance(room, w * WINDOW + i, &mut chain, &mut splats);
             Some((chain, count, splats))
         };
-        let done: Vec<Option<(K, T, Vec<Splat>)>> =
-            workers.install(|| window.par_iter().with_max_len(1).map_init(&room, one).collect());
+        let done: Vec<Option<(K, T, Vec<Splat>)>> = workers.install(|| {
+            window.par_iter().enumerate().with_max_len(1).map_init(&room, one).collect()
+        });
         for (chain, count, splats) in
             done.into_iter().collect::<Option<Vec<_>>>().ok_or(RenderError::Cancelled)?
         {
-            splats.iter().for_each(|s| add_splat(frame, image, s));
+            keep(moved.len(), &splats);
             moved.push(chain);
             counts.push(count);
         }

@@ -6,15 +6,19 @@
 
 mod chain;
 mod chains;
+mod convergence;
 mod coordinates;
+mod coverage;
 mod draws;
 mod film;
+mod groups;
 pub mod paths;
 pub mod primary;
 pub mod seeds;
 mod separate;
 mod step_size;
 mod tally;
+mod tiles;
 
 pub use chain::{Chain, Recording, acceptance};
 pub use draws::Draws;

@@ -39,7 +39,7 @@ pub use direct::Direct;
 pub use light_end::{LightEnd, emission_table};
 pub use of_pass::OfPass;
 pub use passage::{Passage, passage};
-pub use splats::{Splat, add_splat, leave, splat, splat_bands};
+pub use splats::{Splat, add_splat, each_covered, leave, splat, splat_bands};
 pub use subpath::{Departure, Escape, Glow, MAX_PASSAGES, Start, Subpath, Walker};
 pub use vertex::{Inside, Vertex};
 

@@ -94,6 +94,12 @@ pub fn splat_bands<S: Send, T: Send>(
 
 /// Adds a splat to every pixel whose filter covers its place.
 pub fn add_splat(frame: &Frame, image: &mut PassImage, s: &Splat) {
+    each_covered(frame, s.film, |x, y, k| image.splat(x, y, s.layer, s.rgb.map(|v| k * v)));
+}
+
+/// Every pixel whose filter covers a place of the film, column and row in the region, with the
+/// filter's value there.
+pub fn each_covered(frame: &Frame, film: Vec2, mut f: impl FnMut(u32, u32, f32)) {
     let filter = &frame.filter_desc;
     let radius = filter.radius();
     let scale = 1.0 / filter.integral();
@@ -104,11 +110,11 @@ pub fn add_splat(frame: &Frame, image: &mut PassImage, s: &Splat) {
         first..(last + 1.0).max(first as f32) as u32
     };
     let [x0, y0, x1, y1] = frame.region;
-    for y in span(s.film.y, radius.y, y0, y1) {
-        for x in span(s.film.x, radius.x, x0, x1) {
-            let offset = s.film - Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
+    for y in span(film.y, radius.y, y0, y1) {
+        for x in span(film.x, radius.x, x0, x1) {
+            let offset = film - Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
             let k = filter.evaluate(offset) * scale;
-            image.splat(x - x0, y - y0, s.layer, s.rgb.map(|v| k * v));
+            f(x - x0, y - y0, k);
         }
     }
 }

@@ -5,30 +5,34 @@
 //! or to the light through a gap.
 
 mod bidirectional;
+mod erpt;
 mod kept;
+mod lens_subpath;
 mod mutation;
 mod params;
 mod path;
 mod perturbation;
+#[cfg(test)]
+mod tests;
 mod tracer;
 mod walk;
 
-pub use params::{Mutation, PathParams, parameters};
+pub use erpt::{ERPT_INFO, Erpt};
+pub use params::{Erpt as ErptParams, Mutation, PathParams, erpt_parameters, parameters};
 
 use self::path::Measure;
 use self::tracer::Tracer;
 use self::walk::{Walk, candidate};
 use super::chains::Chains;
 use super::film::{self, Field, Schedule};
-use super::seeds::{Seeds, Startup};
+use super::seeds::{self, Seeds, Start, Startup};
 use super::separate;
-use super::tally::Tally;
 use crate::frame::Frame;
 use crate::lights;
 use crate::method::{
-    Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule as Passes,
+    Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule as Passes, Trust,
 };
-use crate::path_space::{emission_table, needs_lens};
+use crate::path_space::{Splat, emission_table, needs_lens};
 use crate::workers::Workers;
 use kaustika_film::accumulate::PassImage;
 use kaustika_scene::{LightSelection, Scene};
@@ -69,6 +73,32 @@ impl Mlt {
         [self.chains.brightness, self.chains.error]
     }
 
+    /// What paths need to be made.
+    fn learn(
+        &mut self,
+        scene: &Scene,
+        frame: &Frame,
+        workers: &Workers,
+    ) -> Result<(), RenderError> {
+        needs_lens(scene)?;
+        self.lights = lights::learn(scene, frame, self.params.max_bounces(), workers);
+        self.emission = emission_table(scene);
+        Ok(())
+    }
+
+    /// What chains leave out of a pass.
+    fn separate(
+        &self,
+        index: u64,
+        (scene, frame): (&Scene, &Frame),
+        out: &mut PassImage,
+        workers: &Workers,
+    ) -> Result<PassStats, RenderError> {
+        let lights = self.lights.as_ref().unwrap_or(&scene.light_selection);
+        let settings = self.params.settings_of_direct();
+        separate::pass(index, (scene, frame), settings, (lights, &self.emission), out, workers)
+    }
+
     fn tracer<'a>(&'a self, scene: &'a Scene, frame: &'a Frame) -> Tracer<'a> {
         let lights = self.lights.as_ref().unwrap_or(&scene.light_selection);
         let field = Field::new(frame);
@@ -77,25 +107,6 @@ impl Mlt {
             Measure { scene, lights, sensor: &frame.sensor, area: field.area(), pixels: w * h };
         let (emission, stats) = (&self.emission, PassStats::default());
         Tracer { scene, lights, emission, measure, field, stats }
-    }
-
-    fn steps(
-        &self,
-        (scene, frame): (&Scene, &Frame),
-        (count, unit): (u64, f64),
-        out: &mut PassImage,
-        workers: &Workers,
-    ) -> Result<(Vec<Walk>, Tally), RenderError> {
-        let mut tally = Tally::new(Mutation::ALL.len());
-        let Some(lengths) = self.params.lengths() else { return Ok((Vec::new(), tally)) };
-        let room = || self.tracer(scene, frame);
-        let how = (&self.params.mutations[..], lengths);
-        let (walks, tallies) =
-            film::run(workers, frame, out, &self.chains.walks, room, |tracer, walk, out| {
-                walk.advance(tracer, count, how, unit, out)
-            })?;
-        tallies.iter().for_each(|t| tally.add(t));
-        Ok((walks, tally))
     }
 }
 
@@ -108,43 +119,51 @@ impl Method for Mlt {
         self.chains.report(&Mutation::ALL.map(Mutation::name))
     }
 
+    fn trust(&self) -> Option<Trust> {
+        self.chains.trust()
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        self.chains.remarks()
+    }
+
     fn prepare(
         &mut self,
         scene: &Scene,
         frame: &Frame,
         workers: &Workers,
     ) -> Result<(), RenderError> {
-        needs_lens(scene)?;
-        self.lights = lights::learn(scene, frame, self.params.max_bounces(), workers);
-        self.emission = emission_table(scene);
+        self.learn(scene, frame, workers)?;
         let Some(lengths) = self.params.lengths() else { return Ok(()) };
         let seed = frame.sampler.config().seed;
-        let room = || self.tracer(scene, frame);
+        let schedule = Schedule::new(frame, self.params.chains);
         let mut stats = PassStats::default();
-        let seeds = Seeds::find(
-            workers,
-            &[u64::from(self.params.bootstrap)],
-            room,
-            |tracer, start, _| {
+        let mut find = |count: &[u64], seed: u64| {
+            let weigh = |tracer: &mut Tracer, start: Start, _: &mut PassStats| {
                 candidate(tracer, lengths, seed, start.number).map_or(0.0, |(_, weight)| weight)
-            },
-            &mut stats,
-        )?;
-        let chains = Schedule::new(frame, self.params.chains).chains;
-        let starts =
-            seeds.choose(chains, self.params.startup, &mut film::stream(seed, 0x7365_6564, 0));
+            };
+            let room = || self.tracer(scene, frame);
+            Seeds::find(workers, (count, schedule.groups), room, weigh, &mut stats)
+        };
+        let fewest = [u64::from(self.params.bootstrap)];
+        let trial = find(&seeds::of_trial(&fewest), !seed)?;
+        let seeds = find(&trial.plan(&fewest, self.params.brightness_error), seed)?;
         let mut tracer = self.tracer(scene, frame);
-        let walks = starts.iter().enumerate().filter_map(|(i, start)| {
+        let make = |start: Start, chain: u64| {
             let (path, _) = candidate(&mut tracer, lengths, seed, start.number)?;
-            Some(Walk::new(&path, seed, i as u64))
-        });
-        let walks: Vec<Walk> = walks.collect();
-        self.chains = Chains::new(&seeds, walks);
-        if self.params.startup == Startup::Discard {
-            let mut blank = PassImage::new(frame.size()[0], frame.size()[1], frame.layers.clone());
-            let skipped = (u64::from(self.params.discard), 0.0);
-            (self.chains.walks, _) = self.steps((scene, frame), skipped, &mut blank, workers)?;
+            Some(Walk::new(&path, seed, chain))
+        };
+        let draws = film::stream(seed, 0x7365_6564, 0);
+        let startup = self.params.startup;
+        let mut chains = Chains::start((frame, schedule), &seeds, startup, draws, make);
+        if startup == Startup::Discard {
+            let (count, how) = (u64::from(self.params.discard), &self.params.mutations[..]);
+            let room = || self.tracer(scene, frame);
+            chains.skip(workers, room, |tracer, walk: &mut Walk, unit, out| {
+                walk.advance(tracer, count, (how, lengths), unit, out)
+            })?;
         }
+        self.chains = chains;
         Ok(())
     }
 
@@ -156,21 +175,18 @@ impl Method for Mlt {
         out: &mut PassImage,
         workers: &Workers,
     ) -> Result<Commit, RenderError> {
-        let lights = self.lights.as_ref().unwrap_or(&scene.light_selection);
-        let settings = self.params.settings_of_direct();
-        let mut stats = separate::pass(
-            index,
-            (scene, frame),
-            settings,
-            (lights, &self.emission),
-            out,
-            workers,
-        )?;
-        let schedule = Schedule::new(frame, self.params.chains);
-        let unit = schedule.unit(self.chains.brightness);
-        let moved = self.steps((scene, frame), (schedule.steps, unit), out, workers)?;
-        stats += moved.1.stats;
-        self.chains.moved(moved);
+        let mut stats = self.separate(index, (scene, frame), out, workers)?;
+        if let Some(lengths) = self.params.lengths() {
+            let schedule = Schedule::new(frame, self.params.chains);
+            let room = || self.tracer(scene, frame);
+            let how = (&self.params.mutations[..], lengths);
+            let step = |tracer: &mut Tracer, walk: &mut Walk, unit, out: &mut Vec<Splat>| {
+                walk.advance(tracer, schedule.steps, how, unit, out)
+            };
+            let moved = self.chains.pass(workers, (frame, schedule), out, room, step)?;
+            stats += moved.stats();
+            self.chains.moved(moved);
+        }
         Ok(Commit { kind: CommitKind::Average, stats })
     }
 

@@ -20,12 +20,19 @@ pub enum Mutation {
     Caustic,
     /// The eye's end moves, and at each D before an S the direction.
     MultiChain,
+    /// The eye's end is made anew, from anywhere on the film.
+    LensSubpath,
 }
 
 impl Mutation {
     /// All of them.
-    pub const ALL: [Mutation; 4] =
-        [Mutation::Bidirectional, Mutation::Lens, Mutation::Caustic, Mutation::MultiChain];
+    pub const ALL: [Mutation; 5] = [
+        Mutation::Bidirectional,
+        Mutation::Lens,
+        Mutation::Caustic,
+        Mutation::MultiChain,
+        Mutation::LensSubpath,
+    ];
 
     /// As parameters name it.
     pub fn name(self) -> &'static str {
@@ -34,6 +41,7 @@ impl Mutation {
             Mutation::Lens => "lens",
             Mutation::Caustic => "caustic",
             Mutation::MultiChain => "multichain",
+            Mutation::LensSubpath => "subpath",
         }
     }
 }
@@ -61,6 +69,9 @@ pub struct PathParams {
     /// Candidates for their starts.
     #[serde(deserialize_with = "crate::registry::count")]
     pub bootstrap: u32,
+    /// Relative standard error of the picture's brightness for which more candidates are taken.
+    #[serde(deserialize_with = "crate::metropolis::primary::probability")]
+    pub brightness_error: f64,
     /// How chains start.
     pub startup: Startup,
     /// Steps of each chain that are left out with `startup=discard`.
@@ -68,6 +79,55 @@ pub struct PathParams {
     /// The kinds of mutations, equally likely.
     #[serde(deserialize_with = "mutations")]
     pub mutations: Vec<Mutation>,
+}
+
+/// Everything that can be set of energy redistribution.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Erpt {
+    /// As [`PathParams::max_depth`].
+    #[serde(deserialize_with = "crate::registry::bounces")]
+    pub max_depth: i64,
+    /// As [`PathParams::only_depth`].
+    #[serde(deserialize_with = "crate::registry::bounces")]
+    pub only_depth: i64,
+    /// As [`PathParams::hide_emitters`].
+    pub hide_emitters: bool,
+    /// As [`PathParams::direct`].
+    pub direct: Direct,
+    /// Paths that tell what light a chain has.
+    #[serde(deserialize_with = "crate::registry::count")]
+    pub bootstrap: u32,
+    /// Steps of a chain.
+    #[serde(deserialize_with = "crate::registry::count")]
+    pub chain_length: u32,
+    /// As [`PathParams::mutations`].
+    #[serde(deserialize_with = "mutations")]
+    pub mutations: Vec<Mutation>,
+}
+
+impl Default for Erpt {
+    fn default() -> Self {
+        let PathParams { max_depth, only_depth, hide_emitters, direct, bootstrap, .. } =
+            PathParams::default();
+        let mutations = vec![Mutation::Lens, Mutation::Caustic, Mutation::MultiChain];
+        let chain_length = 100;
+        Erpt { max_depth, only_depth, hide_emitters, direct, bootstrap, chain_length, mutations }
+    }
+}
+
+impl Erpt {
+    /// Those of the paths.
+    pub(super) fn paths(&self) -> PathParams {
+        PathParams {
+            max_depth: self.max_depth,
+            only_depth: self.only_depth,
+            hide_emitters: self.hide_emitters,
+            direct: self.direct,
+            mutations: self.mutations.clone(),
+            ..PathParams::default()
+        }
+    }
 }
 
 impl Default for PathParams {
@@ -79,6 +139,7 @@ impl Default for PathParams {
             direct: Direct::Separate,
             chains: 512,
             bootstrap: 1 << 16,
+            brightness_error: 0.02,
             startup: Startup::Resample,
             discard: 0,
             mutations: Mutation::ALL.to_vec(),
@@ -146,7 +207,25 @@ pub fn parameters() -> Vec<Parameter> {
     list.push(Parameter {
         key: "mutations",
         default: "all".into(),
-        help: "kinds of mutations: bidirectional, lens, caustic, multichain, with + between them, or all; without bidirectional parts may be left out",
+        help: "kinds of mutations: bidirectional, lens, caustic, multichain, subpath, with + between them, or all; without bidirectional parts may be left out",
+    });
+    list
+}
+
+/// Those of energy redistribution.
+pub fn erpt_parameters() -> Vec<Parameter> {
+    let kept = ["max_depth", "only_depth", "hide_emitters", "direct", "bootstrap"];
+    let mut list = common();
+    list.retain(|p| kept.contains(&p.key));
+    list.push(Parameter {
+        key: "chain_length",
+        default: Erpt::default().chain_length.to_string(),
+        help: "steps of the chains that start where a path was found",
+    });
+    list.push(Parameter {
+        key: "mutations",
+        default: "lens+caustic+multichain".into(),
+        help: "kinds of mutations: bidirectional, lens, caustic, multichain, subpath, with + between them, or all",
     });
     list
 }

@@ -2,11 +2,13 @@
 
 use super::bidirectional::{self, Lengths};
 use super::kept::Kept;
+use super::lens_subpath;
 use super::mutation::Proposal;
 use super::params::Mutation;
 use super::path::Path;
 use super::perturbation::{EyeSide, eye_side, move_caustic, move_eye};
 use super::tracer::Tracer;
+use crate::metropolis::coverage::{Visitor, Visits};
 use crate::metropolis::film::stream;
 use crate::metropolis::tally::Tally;
 use crate::metropolis::{Chain, Draws, Recording, acceptance};
@@ -20,8 +22,15 @@ pub(super) struct Walk {
     draws: Draws,
     /// Steps since it moved last.
     still: u64,
+    visits: Visits,
 }
-saved!(Walk { path, draws, still });
+saved!(Walk { path, draws, still, visits });
+
+impl Visitor for Walk {
+    fn visits(&self) -> &Visits {
+        &self.visits
+    }
+}
 
 /// The candidate of this number for a start, and its weight.
 pub(super) fn candidate<'a>(
@@ -46,6 +55,7 @@ pub(super) fn propose<'a>(
         Mutation::Lens => move_eye(tracer, x, EyeSide::Lens, draws),
         Mutation::MultiChain => move_eye(tracer, x, EyeSide::MultiChain, draws),
         Mutation::Caustic => move_caustic(tracer, x, draws),
+        Mutation::LensSubpath => lens_subpath::propose(tracer, x, lengths, draws),
     }
 }
 
@@ -59,7 +69,12 @@ fn leave(x: &Path, weight: f64, out: &mut Vec<Splat>) {
 impl Walk {
     /// Chain number `chain`, which starts at a path.
     pub(super) fn new(path: &Path, seed: u64, chain: u64) -> Walk {
-        Walk { path: Kept::new(path), draws: stream(seed, 0x6d6c_7477, chain), still: 0 }
+        Walk {
+            path: Kept::new(path),
+            draws: stream(seed, 0x6d6c_7477, chain),
+            still: 0,
+            visits: Visits::default(),
+        }
     }
 
     /// Makes some steps, each a mutation of one of these kinds, which are equally likely; of the two that
@@ -103,6 +118,11 @@ impl Walk {
                 }
             };
             tally.moved(moved);
+            let state = chain.state();
+            self.visits.count(state.len());
+            if let (true, Some(tile)) = (moved, tracer.field.tile(state.sensed.film)) {
+                self.visits.see(tile);
+            }
         }
         chain.record(&mut record);
         self.path = Kept::new(chain.state());

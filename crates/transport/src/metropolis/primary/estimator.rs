@@ -79,6 +79,11 @@ impl<'a> Estimator<'a> {
         Estimator { scene, field, maker, lens_can_be_met }
     }
 
+    /// The tile of the picture that a place of the film lies in.
+    pub(super) fn tile(&self, film: Vec2) -> Option<usize> {
+        self.field.tile(film)
+    }
+
     /// What the film gets, of paths of `depth` bounces if they are multiplexed: into `splats`, and f. What
     /// is no number makes f one that is none.
     pub(super) fn light(

@@ -9,22 +9,23 @@ mod eye_paths;
 mod params;
 mod walk;
 
-pub use params::{Direct, Over, PrimaryParams, common, multiplexed_parameters, parameters};
+pub use params::{
+    Direct, Over, PrimaryParams, common, multiplexed_parameters, parameters, probability,
+};
 
 use self::estimator::{Estimator, Space};
 use self::walk::{STRATEGIES, State, Steps, Walk, candidate};
 use super::chains::Chains;
 use super::film::{self, Schedule};
-use super::seeds::{Seeds, Startup};
+use super::seeds::{self, Seeds, Start, Startup};
 use super::separate;
 use super::step_size::StepSize;
-use super::tally::Tally;
 use crate::frame::Frame;
 use crate::lights;
 use crate::method::{
-    Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule as Passes,
+    Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule as Passes, Trust,
 };
-use crate::path_space::{emission_table, needs_lens};
+use crate::path_space::{Splat, emission_table, needs_lens};
 use crate::workers::Workers;
 use kaustika_film::accumulate::PassImage;
 use kaustika_scene::{LightSelection, Scene};
@@ -114,40 +115,39 @@ impl PrimarySpace {
         }
     }
 
-    /// Candidates for the starts of chains, and the chains; `all` candidates in all, more of short
-    /// paths, which carry more.
+    /// Chains and their starts, from streams of these numbers, for the candidates, their trial
+    /// and the rest; at least `fewest` candidates in all, more of short paths, which carry more.
     fn start(
         &self,
         (scene, frame): (&Scene, &Frame),
-        (candidates, seed): (u64, u64),
-        (chains, all): (usize, u64),
+        [candidates, trial, seed]: [u64; 3],
+        (schedule, fewest): (Schedule, u64),
         workers: &Workers,
-        stats: &mut PassStats,
-    ) -> Result<(Seeds, Vec<Walk>), RenderError> {
+    ) -> Result<Chains<Walk>, RenderError> {
         let depths = self.depths();
         let share = |d: &u32| 1.0 / f64::from(d + 1);
         let shares: f64 = depths.iter().map(share).sum();
-        let count = |d: &u32| ((all as f64 * share(d) / shares).ceil() as u64).max(2);
-        let counts: Vec<u64> = depths.iter().map(count).collect();
-        let room = || (State::default(), self.estimator(scene, frame));
-        let seeds = Seeds::find(
-            workers,
-            &counts,
-            room,
-            |(state, estimator), start, stats| {
-                candidate(state, estimator, candidates, (depths[start.kind], start.number), stats)
-            },
-            stats,
-        )?;
-        let mut draws = film::stream(seed, 0x7365_6564, 0);
-        let starts = seeds.choose(chains, self.params.startup, &mut draws);
+        let count = |d: &u32| ((fewest as f64 * share(d) / shares).ceil() as u64).max(2);
+        let fewest: Vec<u64> = depths.iter().map(count).collect();
+        let mut stats = PassStats::default();
+        let mut find = |counts: &[u64], seed: u64| {
+            let room = || (State::default(), self.estimator(scene, frame));
+            let weigh =
+                |(state, estimator): &mut (State, Estimator), start: Start, stats: &mut _| {
+                    let at = (depths[start.kind], start.number);
+                    candidate(state, estimator, seed, at, stats)
+                };
+            Seeds::find(workers, (counts, schedule.groups), room, weigh, &mut stats)
+        };
+        let found = find(&seeds::of_trial(&fewest), trial)?;
+        let seeds = find(&found.plan(&fewest, self.params.brightness_error), candidates)?;
         let mut estimator = self.estimator(scene, frame);
-        let walks = starts.iter().enumerate().map(|(i, start)| {
+        let make = |start: Start, chain: u64| {
             let depth = depths[start.kind];
-            Walk::new(&mut estimator, (candidates, seed), *start, depth, i as u64, stats)
-        });
-        let walks = walks.collect();
-        Ok((seeds, walks))
+            Some(Walk::new(&mut estimator, (candidates, seed), start, depth, chain))
+        };
+        let draws = film::stream(seed, 0x7365_6564, 0);
+        Ok(Chains::start((frame, schedule), &seeds, self.params.startup, draws, make))
     }
 
     /// Learns the size of small steps, of chains that nothing is recorded of.
@@ -160,22 +160,16 @@ impl PrimarySpace {
     ) -> Result<(), RenderError> {
         let (learners, rounds, count) = LEARNERS;
         let few = u64::from(self.params.bootstrap / 8).max(256);
-        let mut stats = PassStats::default();
-        let seeds = (!seed, !seed);
-        let (_, mut walks) =
-            self.start((scene, frame), seeds, (learners, few), workers, &mut stats)?;
+        let schedule = Schedule { groups: 1, chains: learners, steps: count };
+        let seeds = [!seed, seed ^ 0x7472_6961, !seed];
+        let mut chains = self.start((scene, frame), seeds, (schedule, few), workers)?;
         let mut size = StepSize::new(self.small, SIZES, TARGET);
         for _ in 0..rounds {
             let steps = Steps { large: 0.0, small: size.size() };
             let room = || self.estimator(scene, frame);
-            let mut blank = PassImage::new(0, 0, frame.layers.clone());
-            let (moved, tallies) =
-                film::run(workers, frame, &mut blank, &walks, room, |estimator, walk, out| {
-                    let tally = walk.advance(estimator, count, steps, 0.0, out);
-                    out.clear();
-                    tally
-                })?;
-            walks = moved;
+            let tallies = chains.skip(workers, room, |estimator, walk, unit, out| {
+                walk.advance(estimator, count, steps, unit, out)
+            })?;
             let accepted: f64 = tallies.iter().map(|t| t.counts[1].accepted).sum();
             size.learn(accepted / (count as f64 * tallies.len().max(1) as f64));
         }
@@ -183,23 +177,8 @@ impl PrimarySpace {
         Ok(())
     }
 
-    /// What chains leave in a pass.
-    fn steps(
-        &self,
-        (scene, frame): (&Scene, &Frame),
-        (count, unit): (u64, f64),
-        out: &mut PassImage,
-        workers: &Workers,
-    ) -> Result<(Vec<Walk>, Tally), RenderError> {
-        let steps = Steps { large: self.params.large_step, small: self.small };
-        let room = || self.estimator(scene, frame);
-        let (walks, tallies) =
-            film::run(workers, frame, out, &self.chains.walks, room, |estimator, walk, out| {
-                walk.advance(estimator, count, steps, unit, out)
-            })?;
-        let mut tally = Tally::new(STRATEGIES.len());
-        tallies.iter().for_each(|t| tally.add(t));
-        Ok((walks, tally))
+    fn how(&self) -> Steps {
+        Steps { large: self.params.large_step, small: self.small }
     }
 }
 
@@ -217,6 +196,14 @@ impl Method for PrimarySpace {
         report
     }
 
+    fn trust(&self) -> Option<Trust> {
+        self.chains.trust()
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        self.chains.remarks()
+    }
+
     fn prepare(
         &mut self,
         scene: &Scene,
@@ -231,17 +218,18 @@ impl Method for PrimarySpace {
         if self.params.adapt {
             self.learn_step(scene, frame, seed, workers)?;
         }
-        let chains = Schedule::new(frame, self.params.chains).chains;
-        let all = u64::from(self.params.bootstrap);
-        let mut stats = PassStats::default();
-        let (seeds, walks) =
-            self.start((scene, frame), (seed, seed), (chains, all), workers, &mut stats)?;
-        self.chains = Chains::new(&seeds, walks);
+        let schedule = Schedule::new(frame, self.params.chains);
+        let fewest = u64::from(self.params.bootstrap);
+        let seeds = [seed, seed ^ 0x7472_6c31, seed];
+        let mut chains = self.start((scene, frame), seeds, (schedule, fewest), workers)?;
         if self.params.startup == Startup::Discard {
-            let mut blank = PassImage::new(frame.size()[0], frame.size()[1], frame.layers.clone());
-            let skipped = (u64::from(self.params.discard), 0.0);
-            (self.chains.walks, _) = self.steps((scene, frame), skipped, &mut blank, workers)?;
+            let (count, how) = (u64::from(self.params.discard), self.how());
+            let room = || self.estimator(scene, frame);
+            chains.skip(workers, room, |estimator, walk, unit, out| {
+                walk.advance(estimator, count, how, unit, out)
+            })?;
         }
+        self.chains = chains;
         Ok(())
     }
 
@@ -264,9 +252,13 @@ impl Method for PrimarySpace {
             workers,
         )?;
         let schedule = Schedule::new(frame, self.params.chains);
-        let unit = schedule.unit(self.chains.brightness);
-        let moved = self.steps((scene, frame), (schedule.steps, unit), out, workers)?;
-        stats += moved.1.stats;
+        let how = self.how();
+        let room = || self.estimator(scene, frame);
+        let step = |estimator: &mut Estimator, walk: &mut Walk, unit, out: &mut Vec<Splat>| {
+            walk.advance(estimator, schedule.steps, how, unit, out)
+        };
+        let moved = self.chains.pass(workers, (frame, schedule), out, room, step)?;
+        stats += moved.stats();
         self.chains.moved(moved);
         Ok(Commit { kind: CommitKind::Average, stats })
     }

@@ -55,6 +55,9 @@ pub struct PrimaryParams {
     /// Candidates for their starts.
     #[serde(deserialize_with = "crate::registry::count")]
     pub bootstrap: u32,
+    /// Relative standard error of the picture's brightness for which more candidates are taken.
+    #[serde(deserialize_with = "probability")]
+    pub brightness_error: f64,
     /// How chains start.
     pub startup: Startup,
     /// Steps of each chain that are left out with `startup=discard`.
@@ -81,6 +84,7 @@ impl Default for PrimaryParams {
             direct: Direct::Separate,
             chains: 512,
             bootstrap: 1 << 16,
+            brightness_error: 0.02,
             startup: Startup::Resample,
             discard: 0,
             large_step: 0.3,
@@ -138,7 +142,8 @@ fn above_zero<'de, D: serde::Deserializer<'de>>(d: D, most: f64) -> Result<f64, 
     }
 }
 
-fn probability<'de, D: serde::Deserializer<'de>>(d: D) -> Result<f64, D::Error> {
+/// A number in (0, 1].
+pub fn probability<'de, D: serde::Deserializer<'de>>(d: D) -> Result<f64, D::Error> {
     above_zero(d, 1.0)
 }
 
@@ -200,7 +205,12 @@ pub fn common() -> Vec<Parameter> {
         p(
             "bootstrap",
             d.bootstrap.to_string(),
-            "samples that tell the picture's brightness and where chains start",
+            "samples that tell the picture's brightness and where chains start, at least",
+        ),
+        p(
+            "brightness_error",
+            d.brightness_error.to_string(),
+            "relative error of the brightness for which up to 16 times as many are taken",
         ),
         p(
             "startup",

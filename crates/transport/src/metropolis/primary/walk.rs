@@ -3,6 +3,7 @@
 use super::estimator::{Estimator, Sources};
 use crate::method::PassStats;
 use crate::metropolis::coordinates::{Coordinates, Moment, Stepping};
+use crate::metropolis::coverage::{Visitor, Visits};
 use crate::metropolis::film::{deposit, stream};
 use crate::metropolis::seeds::Start;
 use crate::metropolis::tally::Tally;
@@ -34,8 +35,15 @@ pub(super) struct Walk {
     depth: u32,
     /// Steps since it moved last.
     still: u64,
+    visits: Visits,
 }
-saved!(Walk { state, draws, depth, still });
+saved!(Walk { state, draws, depth, still, visits });
+
+impl Visitor for Walk {
+    fn visits(&self) -> &Visits {
+        &self.visits
+    }
+}
 
 /// How a chain steps.
 #[derive(Clone, Copy, Debug)]
@@ -99,12 +107,12 @@ impl Walk {
         start: Start,
         depth: u32,
         chain: u64,
-        stats: &mut PassStats,
     ) -> Walk {
         let mut state = State::default();
+        let stats = &mut PassStats::default();
         candidate(&mut state, estimator, candidates, (depth, start.number), stats);
         let draws = [0, 1, 2, 3].map(|k| stream(seed, 0x7761_6c6b + k, chain));
-        Walk { state, draws, depth, still: 0 }
+        Walk { state, draws, depth, still: 0, visits: Visits::default() }
     }
 
     /// Makes some steps; a state of weight one leaves f · `unit` on the film, in all.
@@ -138,6 +146,10 @@ impl Walk {
                 }
             };
             tally.moved(moved);
+            if moved {
+                let tiles = chain.state().splats.iter().filter_map(|s| estimator.tile(s.film));
+                tiles.for_each(|tile| self.visits.see(tile));
+            }
         }
         chain.record(&mut record);
         self.state = chain.into_state();

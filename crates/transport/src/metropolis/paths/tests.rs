@@ -1,0 +1,201 @@
+//! Mutations keep chains where the light is: in one step from starts that are right nothing drifts.
+//!
+//! ```text
+//! E[ W(x) a(x→y) (φ(y) - φ(x)) ] = 0        for every φ, if (1) of the sampler holds      (1)
+//! ```
+//!
+//! x is a candidate for a start, W its weight, y what a mutation proposes, a its acceptance. Every
+//! candidate is an independent sample of (1), so that small errors in a density show.
+
+use super::bidirectional::Lengths;
+use super::params::Mutation;
+use super::path::Path;
+use super::walk::{candidate, propose};
+use super::{Mlt, PathParams};
+use crate::metropolis::acceptance;
+use crate::metropolis::film::stream;
+use crate::path_space::emission_table;
+use crate::test_scenes::*;
+use crate::{Frame, Workers};
+use kaustika_film::FilterDesc;
+use kaustika_math::special::p_two_sided;
+use kaustika_sampling::estimator::RunningMean;
+use kaustika_sampling::{SamplerConfig, SamplerKind};
+use kaustika_scene::Scene;
+use kaustika_scene::description::*;
+use rayon::prelude::*;
+use std::sync::Arc;
+
+const SIZE: [u32; 2] = [48, 32];
+
+/// Names of the φ of [`features`].
+const FEATURES: [&str; 10] = [
+    "film x",
+    "film y",
+    "bounces",
+    "Dirac lobes",
+    "length",
+    "g to the light",
+    "g to the eye",
+    "light",
+    "x of x1",
+    "z of x1",
+];
+
+/// What is looked at.
+fn features(x: &Path) -> [f64; 10] {
+    let places: Vec<_> = x.turns.iter().map(|t| t.node.p()).collect();
+    let pairs = || places.windows(2);
+    let length: f32 = pairs().map(|p| (p[1] - p[0]).length()).sum();
+    let forth: f64 = (1..x.len()).map(|i| x.turns[i].node.g(places[i - 1]).ln()).sum();
+    let back: f64 = (1..x.len()).map(|i| x.turns[i - 1].node.g(places[i]).ln()).sum();
+    [
+        f64::from(x.sensed.film.x),
+        f64::from(x.sensed.film.y),
+        x.len() as f64,
+        x.turns.iter().filter(|t| t.dirac.is_some()).count() as f64,
+        f64::from(length),
+        forth.clamp(-20.0, 20.0),
+        back.clamp(-20.0, 20.0),
+        x.source.le.0.iter().map(|v| f64::from(*v)).sum(),
+        f64::from(places[0].x),
+        f64::from(places[0].z),
+    ]
+}
+
+/// (1) for each φ, and the share of starts that moved.
+fn drift(
+    scene: &Scene,
+    lengths: Lengths,
+    kind: Mutation,
+    candidates: u64,
+    seed: u64,
+) -> (Vec<RunningMean>, f64) {
+    let config = SamplerConfig { kind: SamplerKind::Independent, seed, spp: 1, resolution: SIZE };
+    let frame = Frame::new(SIZE, FilterDesc::BOX, config);
+    let mut mlt = Mlt::new(PathParams::default());
+    mlt.emission = emission_table(scene);
+    let chunk = |c: u64| {
+        let mut tracer = mlt.tracer(scene, &frame);
+        let mut means = vec![RunningMean::new(); FEATURES.len()];
+        let mut moved = RunningMean::new();
+        for number in c * 1024..candidates.min((c + 1) * 1024) {
+            let mut draws = stream(seed, 0x7465_7374, number);
+            let mut one = || {
+                let (x, w) = candidate(&mut tracer, lengths, seed, number)?;
+                let p = propose(&mut tracer, &x, kind, lengths, &mut draws)?;
+                let a = acceptance(p.there, p.back).expect("a number");
+                let (before, after) = (features(&x), features(&p.path));
+                Some((w * a, before, after))
+            };
+            let found = one();
+            moved.push(found.as_ref().map_or(0.0, |f| f64::from(u8::from(f.0 > 0.0))));
+            for (k, m) in means.iter_mut().enumerate() {
+                m.push(found.as_ref().map_or(0.0, |(wa, x, y)| wa * (y[k] - x[k])));
+            }
+        }
+        (means, moved)
+    };
+    let workers = Workers::new(2, Arc::default()).expect("threads");
+    let parts: Vec<_> =
+        workers.install(|| (0..candidates.div_ceil(1024)).into_par_iter().map(chunk).collect());
+    let mut means = vec![RunningMean::new(); FEATURES.len()];
+    let mut moved = RunningMean::new();
+    for (m, k) in &parts {
+        means.iter_mut().zip(m).for_each(|(a, b)| a.merge(b));
+        moved.merge(k);
+    }
+    (means, moved.mean())
+}
+
+/// Fails if a mutation draws light anywhere; at least `moving` of the candidates must move.
+fn stays(what: &str, scene: &Scene, lengths: Lengths, kind: Mutation, moving: f64) {
+    let (drifts, moved) = drift(scene, lengths, kind, 400_000, 4400);
+    assert!(moved > moving, "{what}, {kind:?}: {moved} moved");
+    for (name, d) in FEATURES.iter().zip(&drifts) {
+        let error = d.standard_error();
+        // At most 1000 comparisons in this file: 1 % for all of them.
+        let z = if error > 0.0 { d.mean() / error } else { 0.0 };
+        assert!(
+            p_two_sided(z.abs()) > 1e-5,
+            "{what}, {kind:?}: {name} drifts by {} ± {error}",
+            d.mean(),
+        );
+    }
+}
+
+fn wall(stage: &mut Stage, t: kaustika_math::Transform, m: MaterialId) {
+    let m = stage.two_sided(m);
+    stage.shape(GeometryDesc::Rectangle, t, m);
+}
+
+/// A room with a lamp, a block of rough metal and a ball of glass, seen through a lens.
+fn glass_room() -> Scene {
+    let mut stage = Stage::new();
+    let (white, red) = (stage.diffuse(0.7), stage.diffuse(0.3));
+    let (metal, glass) = (stage.metal(0.3), stage.glass(1.5, 0.0));
+    let x = v(1.0, 0.0, 0.0);
+    let y = v(0.0, 1.0, 0.0);
+    wall(&mut stage, HERE, white);
+    wall(&mut stage, at(0.0, 1.0, 1.0) * rotate(90.0, x), white);
+    wall(&mut stage, at(-1.0, 0.0, 1.0) * rotate(90.0, y), red);
+    wall(&mut stage, at(1.0, 0.0, 1.0) * rotate(90.0, y), white);
+    stage.shape(sphere(0.3), at(-0.35, 0.1, 0.31), metal);
+    stage.shape(sphere(0.45), at(0.45, -0.2, 0.46), glass);
+    stage.lamp(GeometryDesc::Rectangle, at(0.2, 0.1, 1.7) * down() * scale(0.3, 0.2, 1.0), 8.0);
+    stage.camera(thin_lens(60.0, 0.1, 2.5), look(v(0.1, -2.6, 1.0), v(0.0, 0.0, 0.7)), SIZE);
+    stage.build()
+}
+
+/// A room with a floor of plastic, seen from below the water that its lamp is above of.
+fn water() -> Scene {
+    let mut stage = Stage::new();
+    let (white, glass) = (stage.diffuse(0.7), stage.glass(1.33, 0.0));
+    let (diffuse_reflectance, specular_reflectance) = (stage.d.float(0.5), stage.d.float(1.0));
+    let plastic = stage.material(MaterialModel::Plastic {
+        diffuse_reflectance,
+        specular_reflectance,
+        ior: 1.5,
+        nonlinear: false,
+        roughness: None,
+    });
+    let x = v(1.0, 0.0, 0.0);
+    let y = v(0.0, 1.0, 0.0);
+    wall(&mut stage, HERE, plastic);
+    wall(&mut stage, at(0.0, 1.0, 1.0) * rotate(90.0, x), white);
+    wall(&mut stage, at(-1.0, 0.0, 1.0) * rotate(90.0, y), white);
+    wall(&mut stage, at(1.0, 0.0, 1.0) * rotate(90.0, y), plastic);
+    stage.shape(GeometryDesc::Rectangle, at(0.0, 0.0, 1.0) * scale(4.0, 4.0, 1.0), glass);
+    stage.lamp(GeometryDesc::Rectangle, at(0.2, 0.1, 1.7) * down() * scale(0.3, 0.2, 1.0), 8.0);
+    stage.camera(pinhole(70.0), look(v(0.1, -1.6, 0.8), v(0.0, 0.0, 0.5)), SIZE);
+    stage.build()
+}
+
+/// A hall between mirrors, with a floor and a ceiling that are matte.
+fn mirror_hall() -> Scene {
+    let mut stage = Stage::new();
+    let (white, mirror) = (stage.diffuse(0.7), stage.metal(0.0));
+    wall(&mut stage, scale(2.0, 2.0, 1.0), white);
+    wall(&mut stage, at(0.0, 0.0, 1.0) * scale(2.0, 2.0, 1.0), white);
+    for (x, y, axis) in [
+        (2.0, 0.0, v(0.0, 1.0, 0.0)),
+        (-2.0, 0.0, v(0.0, 1.0, 0.0)),
+        (0.0, 2.0, v(1.0, 0.0, 0.0)),
+        (0.0, -2.0, v(1.0, 0.0, 0.0)),
+    ] {
+        wall(&mut stage, at(x, y, 0.5) * rotate(90.0, axis) * scale(2.0, 2.0, 1.0), mirror);
+    }
+    stage.lamp(GeometryDesc::Rectangle, at(0.5, 0.3, 0.95) * down() * scale(0.4, 0.4, 1.0), 4.0);
+    stage.camera(pinhole(80.0), look(v(-1.8, -1.7, 0.5), v(0.2, 0.1, 0.45)), SIZE);
+    stage.build()
+}
+
+#[test]
+fn no_mutation_draws_light_where_it_does_not_belong() {
+    let lengths = Lengths { fewest: 2, most: 5 };
+    for (what, scene) in [("glass", glass_room()), ("hall", mirror_hall()), ("water", water())] {
+        for kind in Mutation::ALL {
+            stays(what, &scene, lengths, kind, 0.001);
+        }
+    }
+}
