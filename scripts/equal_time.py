@@ -13,7 +13,7 @@ process's user time without that of loading, which is what a single path to one 
 
 over pixels and channels, against the first reference that another method made (averaged to the picture's size; pixels that are not finite
 there are left out, with --below also those that are brighter). With --cross two references b and c, independent and unbiased, stand in
-for r: mean (x - b)(x - c) / (((b + c)/2)² + 0.01) is on average what it would be without their errors. trimmed: without the 0.1 % of largest error. Medians over the seeds;
+for r: mean (x - b)(x - c) / (d² + 0.01), where d is the mean of all pictures made, is on average what it would be without their errors. trimmed: without the 0.1 % of largest error. Medians over the seeds;
 gain: the first method's relMSE times seconds over this one's. reference: how many times the method's passes the reference has, if it is one of
 Kaustika's. The mean ratio shows bias, the picture's and the reference's. METHOD@LAYER: the light of one class of paths, held against that
 layer of the reference.
@@ -48,12 +48,12 @@ def shrunk(reference, height):
     return reference[:h * k, :w * k].reshape(h, k, w, k, 3).mean((1, 3))
 
 
-def errors(x, b, c, below):
-    """relMSE, trimmed relMSE and ratio of means; b and c are the reference, or two that are independent."""
+def errors(x, b, c, d, below):
+    """relMSE, trimmed relMSE and ratio of means; b, c and d are the reference, or b and c two that are independent."""
     r = (b + c) / 2
     good = np.isfinite(r).all(-1) & (r.max(-1) < below)
-    x, b, c, r = x[good], b[good], c[good], r[good]
-    error = (x - b) * (x - c) / (r * r + 0.01)
+    x, b, c, d, r = x[good], b[good], c[good], d[good], r[good]
+    error = (x - b) * (x - c) / (d * d + 0.01)
     trimmed = np.sort(error.mean(-1))[:-max(1, len(error) // 1000)].mean()
     return error.mean(), trimmed, x.mean() / r.mean()
 
@@ -164,12 +164,14 @@ def main():
                 b, c = (shrunk(read(r, layer), x.shape[0]) for r in (used[0], used[-1]))
                 with open(program.stats) as f:
                     done = json.load(f)["passes"]
-                error = errors(x, b, c, a.below)
-                runs[method].append((*error, done, sum(map(passes_of, used)) / done, seconds))
+                runs[method].append((x, b, c, done, sum(map(passes_of, used)) / done, seconds))
                 if a.keep and seed == 1:
                     os.makedirs(a.keep, exist_ok=True)
                     os.replace(program.image, os.path.join(a.keep, method + ".exr"))
-    table(runs)
+    everything = [x for of_method in runs.values() for x, *_ in of_method]
+    mean = np.mean(everything, 0) if a.cross else None
+    told = lambda x, b, c, *rest: (*errors(x, b, c, b if mean is None else mean, a.below), *rest)
+    table({method: [told(*run) for run in of_method] for method, of_method in runs.items()})
 
 
 if __name__ == "__main__":

@@ -192,7 +192,7 @@ def main():
             r = shrunk(read(a.reference, layer), size[1])
             for seed in range(1, a.seeds + 1):
                 samples, image = renderer.render(a.time, seed)
-                runs.setdefault(spec, []).append((*errors(image, r, r, np.inf), samples, passes_of(a.reference) / samples, a.time))
+                runs.setdefault(spec, []).append((*errors(image, r, r, r, np.inf), samples, passes_of(a.reference) / samples, a.time))
             if a.keep:
                 os.makedirs(a.keep, exist_ok=True)
                 np.save(os.path.join(a.keep, peer + ".npy"), image)

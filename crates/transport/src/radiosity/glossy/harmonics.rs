@@ -82,13 +82,14 @@ mod tests {
     use super::*;
     use kaustika_math::{Vec2, warp};
 
-    /// ∫ Y_a Y_b = δ_ab, by a fine grid of the sphere.
+    /// ∫ Y_a Y_b = δ_ab, by a grid of the sphere: exact in φ, and in z within h²/24 of the difference of
+    /// slopes at the poles, 3·10⁻⁴ of the steepest.
     #[test]
     fn they_are_orthonormal() {
         let harmonics = Harmonics::new(6);
         let n = harmonics.count();
         let mut products = vec![0.0f64; n * n];
-        let (rows, columns) = (128u32, 64u32);
+        let (rows, columns) = (512u32, 16u32);
         for i in 0..rows * columns {
             let u = Vec2::new(
                 (i % rows) as f32 / rows as f32 + 0.5 / rows as f32,
