@@ -24,7 +24,7 @@ pub struct MethodInfo {
     pub misses: &'static str,
     /// What its expectation is.
     pub bias: Bias,
-    /// True if it renders participating media; what it can't it refuses when it is prepared.
+    /// True if it renders participating media of every kind; see also [`Method::knows_media`].
     pub media: bool,
     /// True if it knows the classes of its paths, for layers by path.
     pub layers: bool,
@@ -159,6 +159,11 @@ pub trait Method: Send {
     /// Names of layers that it adds to the picture, after those by path.
     fn layers(&self) -> Vec<String> {
         Vec::new()
+    }
+
+    /// True if it renders the media of a scene, if there are any.
+    fn knows_media(&self, scene: &Scene) -> bool {
+        self.info().media || !scene.has_media()
     }
 
     /// True if its paths branch and it says how: the layer `trees`

@@ -97,9 +97,9 @@ impl<'a> Session<'a> {
     pub fn prepare(&mut self, workers: &Workers) -> Result<(), RenderError> {
         if !self.is_prepared {
             let info = self.method.info();
-            if self.scene.has_media() && !info.media {
+            if !self.method.knows_media(self.scene) {
                 let message = format!(
-                    "method `{}` knows no participating media, which this scene has: use `path` or `bdpt`",
+                    "method `{}` knows no participating media such as this scene has: use `path` or `bdpt`",
                     info.name
                 );
                 return Err(RenderError::Failed(message));

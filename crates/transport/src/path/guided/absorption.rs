@@ -6,7 +6,6 @@
 
 use super::super::integrate::{LightRay, MAX_PASSAGES};
 use crate::extinction::{self, optical_length};
-use crate::method::RenderError;
 use kaustika_math::Ray;
 use kaustika_scene::bsdf::Bsdf;
 use kaustika_scene::description::MediumId;
@@ -38,17 +37,9 @@ impl Absorption {
     }
 }
 
-/// Refuses a scene with media that scatter or vary.
-///
-/// # Errors
-/// If there is one.
-pub(super) fn absorb_only(scene: &Scene) -> Result<(), RenderError> {
-    if scene.media().iter().all(|m| !m.scatters && !m.varies()) {
-        return Ok(());
-    }
-    let message = "paths that split or are guided know only media that absorb, the same \
-                   everywhere: use `path` with `-p roulette=throughput`, or `bdpt`";
-    Err(RenderError::Failed(message.into()))
+/// True if all media of a scene are of this kind.
+pub(super) fn only_absorbs(scene: &Scene) -> bool {
+    scene.media().iter().all(|m| !m.scatters && !m.varies())
 }
 
 /// T of (1) on the way to a light, through all boundaries of media; black if something stands

@@ -51,7 +51,7 @@ pub static INFO: MethodInfo = MethodInfo {
     path_class: "L(D|S)*E",
     misses: "light of points, spots, directions and beams that mirrors or clear glass turn first: L S_M+ ...",
     bias: Bias::Unbiased,
-    media: true,
+    media: false,
     layers: false,
     schedule: Schedule::Sequential,
     one_spp: "one camera path, or tree of paths, a pixel",
@@ -223,13 +223,16 @@ impl Method for Guided {
         true
     }
 
+    fn knows_media(&self, scene: &Scene) -> bool {
+        absorption::only_absorbs(scene)
+    }
+
     fn prepare(
         &mut self,
         scene: &Scene,
         frame: &Frame,
         workers: &Workers,
     ) -> Result<(), RenderError> {
-        absorption::absorb_only(scene)?;
         let [width, height] = frame.size().map(|n| n as usize);
         self.pixels = Pixels::new(width, height);
         if self.params.mis.samples_lights() && !scene.has_media() {
