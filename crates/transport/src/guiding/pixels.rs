@@ -2,10 +2,12 @@
 //!
 //! ```text
 //! V̄ = mean over pixels and passes of ½ (xᵢ - xᵢ₋₁)² / (I² + ε²)                           (1)
+//! V̄ = mean over pixels of (P - x̄²) / (I² + ε²)      of plain paths, at least               (2)
 //! ```
 //!
 //! Both are guesses from passes that went before; they steer and are never seen. I is smoothed, and
-//! wrong where the picture has edges: differences between passes do not see that.
+//! wrong where the picture has edges: differences between passes do not see that. P is what trees say of
+//! the second moment of plain paths ([`crate::trees`]), x̄ the mean so far.
 
 use crate::saved::saved;
 
@@ -21,6 +23,8 @@ const OUTLIERS: f64 = 0.001;
 pub struct Pixels {
     width: u64,
     sums: Vec<f32>,
+    /// Σ P.
+    plain: Vec<f32>,
     passes: u32,
     /// The first pass, of plain paths.
     first: Vec<f32>,
@@ -33,7 +37,7 @@ pub struct Pixels {
     measurements: Vec<f32>,
 }
 
-saved!(Pixels { width, sums, passes, first, before, errors, pairs, measurements });
+saved!(Pixels { width, sums, plain, passes, first, before, errors, pairs, measurements });
 
 impl Pixels {
     /// Of a picture of this size, nothing known.
@@ -41,6 +45,7 @@ impl Pixels {
         Pixels {
             width: width as u64,
             sums: vec![0.0; width * height],
+            plain: vec![0.0; width * height],
             passes: 0,
             first: Vec::new(),
             before: Vec::new(),
@@ -67,6 +72,11 @@ impl Pixels {
         }
     }
 
+    /// Takes in what a pass says of plain paths.
+    pub fn learn_plain(&mut self, plain: &[f32]) {
+        self.plain.iter_mut().zip(plain).for_each(|(sum, p)| *sum += p);
+    }
+
     /// Takes in the values of a pass.
     pub fn learn(&mut self, values: &[f32]) {
         self.sums.iter_mut().zip(values).for_each(|(sum, v)| *sum += v);
@@ -86,13 +96,7 @@ impl Pixels {
     /// Mean over the pixels of (a - b)² / I², for a pair a, b of each.
     fn square(&self, pairs: impl Iterator<Item = (f32, f32)>) -> f64 {
         let error = |((a, b), i): ((f32, f32), &f32)| f64::from(((a - b) / i).powi(2));
-        let mut errors: Vec<f64> = pairs.zip(&self.measurements).map(error).collect();
-        let kept = errors.len() - (errors.len() as f64 * OUTLIERS).ceil() as usize;
-        if kept == 0 {
-            return 0.0;
-        }
-        errors.select_nth_unstable_by(kept, f64::total_cmp);
-        errors[..kept].iter().sum::<f64>() / kept as f64
+        trimmed(pairs.zip(&self.measurements).map(error).collect())
     }
 
     /// Ends an iteration: V̄ of its samples, if it had two passes and they were not alike.
@@ -104,8 +108,9 @@ impl Pixels {
         (variance > 0.0).then_some(variance)
     }
 
-    /// V̄ of the plain paths of the first pass: how far they are from the mean of n others, whose
-    /// own error is taken to be 1/n of theirs. 0 as long as there are none.
+    /// V̄ of plain paths: as those of the first pass have it, which are compared with the mean of n others, whose
+    /// own error is taken to be 1/n of theirs; or by (2), which sees what they have missed. 0 as long as
+    /// there are no others.
     pub fn plain(&self) -> f32 {
         let n = self.passes.saturating_sub(1);
         if n == 0 {
@@ -113,7 +118,13 @@ impl Pixels {
         }
         let rest = |(sum, first): (&f32, &f32)| (*first, (sum - first) / n as f32);
         let square = self.square(self.sums.iter().zip(&self.first).map(rest));
-        (square * f64::from(n) / f64::from(n + 1)) as f32
+        let of_first = (square * f64::from(n) / f64::from(n + 1)) as f32;
+        let scale = 1.0 / self.passes as f32;
+        let of_trees = |((sum, p), i): ((&f32, &f32), &f32)| {
+            f64::from((p * scale - (sum * scale).powi(2)) / (i * i))
+        };
+        let of_trees = self.sums.iter().zip(&self.plain).zip(&self.measurements).map(of_trees);
+        of_first.max(trimmed(of_trees.collect()) as f32)
     }
 
     /// I from the sums: means over a window, values far above their surroundings cut.
@@ -143,4 +154,14 @@ impl Pixels {
         }
         self.measurements = out;
     }
+}
+
+/// Mean without the largest.
+fn trimmed(mut errors: Vec<f64>) -> f64 {
+    let kept = errors.len() - (errors.len() as f64 * OUTLIERS).ceil() as usize;
+    if kept == 0 {
+        return 0.0;
+    }
+    errors.select_nth_unstable_by(kept, f64::total_cmp);
+    errors[..kept].iter().sum::<f64>() / kept as f64
 }

@@ -10,6 +10,9 @@
 //! L(y, ωₒ) ≈ ρ(y, ωₒ) ⟨L/ρ⟩                                                               (1)
 //! ```
 //!
+//! Variance is that of continuations from one place, where paths have split; until they have, it is
+//! that of all in the cell, which is greater by what light varies there.
+//!
 //! On matte surfaces this is irradiance times albedo over π (Vorba & Křivánek 2016, sec. 5.1).
 
 use super::{Placed, octahedron};
@@ -23,6 +26,8 @@ pub struct Expected {
     pub mean: f32,
     /// Mean of its square.
     pub moment: f32,
+    /// Variance about what is expected at that place.
+    pub variance: f32,
     /// Cost, in rays.
     pub cost: f32,
 }
@@ -40,6 +45,8 @@ pub struct ReflectedRecord {
     pub mean: f32,
     /// The sum of their squares over q.
     pub moment: f32,
+    /// Variance of one copy, told by the others; `None` where there is only one.
+    pub variance: Option<f32>,
     /// The sum of their costs over q.
     pub cost: f32,
 }
@@ -66,11 +73,14 @@ struct Bin {
     mean: f32,
     moment: f32,
     cost: f32,
+    /// Records that tell a variance, and its sum.
+    splits: f32,
+    variance: f32,
 }
 
 saved!(Reflected { bins, all, known });
-saved!(Bin { count, mean, moment, cost });
-saved!(Expected { mean, moment, cost });
+saved!(Bin { count, mean, moment, cost, splits, variance });
+saved!(Expected { mean, moment, variance, cost });
 
 /// Bins along either side of the square of directions.
 const SIDE: usize = 4;
@@ -93,13 +103,20 @@ impl Bin {
             self.mean += mean;
             self.moment += moment;
             self.cost += r.cost;
+            if let Some(variance) = r.variance.filter(|v| v.is_finite()) {
+                self.splits += 1.0;
+                self.variance += variance / (albedo * albedo);
+            }
         }
     }
 
     fn scale(&mut self, k: f32) {
-        for x in [&mut self.count, &mut self.mean, &mut self.moment, &mut self.cost] {
-            *x *= k;
-        }
+        self.count *= k;
+        self.mean *= k;
+        self.moment *= k;
+        self.cost *= k;
+        self.splits *= k;
+        self.variance *= k;
     }
 
     /// Makes room for records of other factors; as long as those do not come, what there is stays:
@@ -113,9 +130,13 @@ impl Bin {
             return None;
         }
         let [mean, moment, cost] = [self.mean, self.moment, self.cost].map(|s| s / self.count);
-        let variance = (moment - mean * mean).max(0.0);
-        let believed = (variance / self.count).sqrt() <= BELIEVED * mean;
-        believed.then_some(Expected { mean, moment, cost })
+        let of_cell = (moment - mean * mean).max(0.0);
+        let believed = (of_cell / self.count).sqrt() <= BELIEVED * mean;
+        let variance = match self.splits >= ENOUGH {
+            true => (self.variance / self.splits).min(of_cell),
+            false => of_cell,
+        };
+        believed.then_some(Expected { mean, moment, variance, cost })
     }
 }
 
@@ -131,7 +152,8 @@ impl Reflected {
     pub fn expected(&self, wo: Vec3, albedo: f32) -> Option<Expected> {
         let e = self.known[bin(wo)]?;
         let rho = albedo.max(DARK);
-        Some(Expected { mean: e.mean * rho, moment: e.moment * rho * rho, cost: e.cost })
+        let [moment, variance] = [e.moment, e.variance].map(|x| x * rho * rho);
+        Some(Expected { mean: e.mean * rho, moment, variance, cost: e.cost })
     }
 
     /// Takes in records of its cell. What [`Reflected::expected`] says stays as it is.
@@ -177,7 +199,9 @@ mod tests {
                 let albedo = 0.1 + 0.8 * number(i, 4);
                 let copies = 2.0 * number(i, 5);
                 let (p, mean) = (Vec3::ZERO, albedo * light(w) * copies);
-                ReflectedRecord { p, wo: w, albedo, mean, moment: mean * mean, cost: 3.0 }
+                let variance = (i % 3 == 0).then_some(0.05 * albedo * albedo);
+                let moment = mean * mean;
+                ReflectedRecord { p, wo: w, albedo, mean, moment, variance, cost: 3.0 }
             };
             let records: Vec<_> = (0..40_000).map(record).collect();
             cell.learn(&records);
@@ -188,6 +212,7 @@ mod tests {
             assert!((e.mean / (0.5 * light(w)) - 1.0).abs() < 0.1, "{e:?}");
             // ∫ (2u)² du = 4/3.
             assert!((e.moment / (0.25 * light(w).powi(2)) - 4.0 / 3.0).abs() < 0.2, "{e:?}");
+            assert!((e.variance / (0.25 * 0.05) - 1.0).abs() < 1e-3, "{e:?}");
             assert!((e.cost - 3.0).abs() < 1e-4);
         }
     }

@@ -30,8 +30,7 @@ saved!(Totals { variance, cost });
 #[inline]
 pub fn factor(t: f32, of: &Expected, totals: &Totals) -> f32 {
     let k = (totals.cost / (totals.variance * of.cost)).sqrt();
-    let variance = (of.moment - of.mean * of.mean).max(0.0);
-    let (split, roulette) = (t * variance.sqrt() * k, t * of.moment.sqrt() * k);
+    let (split, roulette) = (t * of.variance.sqrt() * k, t * of.moment.sqrt() * k);
     if split >= 1.0 {
         split
     } else if roulette <= 1.0 {
@@ -69,6 +68,7 @@ mod tests {
                 let of = Expected {
                     mean: mean as f32,
                     moment: (variance + mean * mean) as f32,
+                    variance: variance as f32,
                     cost: cost as f32,
                 };
                 let totals = Totals {

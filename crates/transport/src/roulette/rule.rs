@@ -86,6 +86,13 @@ const LEAST: f32 = 0.05;
 const MOST: f32 = 20.0;
 
 impl Splitting {
+    /// Least q that roulette by efficiency may have: that of the weight window, for a path whose
+    /// expected share is `z`. M is seldom known well: most records miss the bright light that
+    /// makes it, and a rule that believes them ends the paths that would find it.
+    fn gentle(&self, z: f32, scattered: u32) -> f32 {
+        if scattered == 0 { 1.0 } else { window::factor(z, self.window).min(1.0) }
+    }
+
     /// q at a vertex.
     #[inline]
     pub fn decide(&self, c: &Collision) -> Decision {
@@ -97,7 +104,10 @@ impl Splitting {
                 window::factor(c.weight * e.mean / c.measurement, self.window)
             }
             (Rule::Efficiency, Some(e)) => match &self.totals {
-                Some(totals) => efficiency::factor(c.weight / c.measurement, e, totals),
+                Some(totals) => {
+                    let t = c.weight / c.measurement;
+                    efficiency::factor(t, e, totals).max(self.gentle(t * e.mean, c.scattered))
+                }
                 None => return Decision::Unknown,
             },
             _ => return Decision::Unknown,

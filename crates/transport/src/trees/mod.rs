@@ -3,16 +3,23 @@
 //! ```text
 //! ⟨L(y)⟩ = (1/q) Σⱼ xⱼ,    xⱼ = dⱼ + wⱼ vⱼ/rⱼ                                             (1)
 //! ⟨L²⟩   = (1/q) Σⱼ xⱼ²,   ⟨C⟩ = (1/q) Σⱼ cⱼ                                              (2)
+//! ⟨V⟩    = (Σⱼ xⱼ² - (Σⱼ xⱼ)²/n)/(n - 1)   where n > 1                                     (3)
+//! ⟨P⟩    = e² + (1/q) Σⱼ (dⱼ² + wⱼ² p(ω)/p_bsdf(ω) Pⱼ/rⱼ)                               (4)
 //! ```
 //!
 //! At a vertex y a path goes on in n = ⌊q + ξ⌋ copies. Copy j asks for light directly (dⱼ), draws a
 //! direction with weight wⱼ = f |cos θ|/p, and finds the radiance vⱼ along it, if it survives with
 //! probability rⱼ. Paths of light are the same with the importance of the picture in the place of
 //! radiance, and are shown to the lens where they arrive. A [`Node`] is one copy: its direction, and what its ray met. Parents stand before
-//! their children, so that one sweep from the last node to the first makes all estimates (1) and
-//! (2), and with them the records that fields and factors learn from. They are estimates of light
+//! their children, so that one sweep from the last node to the first makes all estimates (1) to
+//! (4), and with them the records that fields and factors learn from. They are estimates of light
 //! as it is, whatever the factors q were: what is learned does not depend on what was decided
 //! by it.
+//!
+//! P is the second moment of what plain paths would find there, e being light where the ray ended: with
+//! directions by the BSDF alone a sample weighs p/p_bsdf times as much and is p/p_bsdf times as rare.
+//! That contributions of one path go together is left out, and P too small by it. Plain paths
+//! themselves tell it badly as long as they have missed what is bright.
 
 use crate::guiding::{LightRecord, ReflectedRecord};
 use kaustika_math::{Vec3, mix_bits};
@@ -67,6 +74,10 @@ pub struct Node {
     pub squares: f32,
     /// Σ cⱼ.
     pub costs: f32,
+    /// n.
+    pub copies: u32,
+    /// Σⱼ of (4).
+    pub plain: f32,
 }
 
 /// A vertex where something can be learned of reflected light.
@@ -101,12 +112,25 @@ impl Node {
             sum: Spectrum::ZERO,
             squares: 0.0,
             costs: 0.0,
+            copies: 0,
+            plain: 0.0,
         }
     }
 
     /// A copy that leaves the vertex at `p`, met by the ray of node `parent`, and has no direction.
     pub fn copy(parent: u32, p: Vec3) -> Node {
         Node { parent, traced: false, ..Node::root(p, Vec3::ZERO) }
+    }
+
+    /// (4), where the light that was found is grey.
+    pub fn plain(&self, found: f32) -> f32 {
+        found * found + self.plain * self.inv_q
+    }
+
+    /// (3), for copies whose sum is `sum`.
+    fn variance(&self, sum: f32) -> Option<f32> {
+        let n = self.copies as f32;
+        (self.copies > 1).then(|| ((self.squares - sum * sum / n) / (n - 1.0)).max(0.0))
     }
 
     /// Radiance along its ray: found where it ended, and reflected there (1).
@@ -155,6 +179,7 @@ impl Records {
         for (i, r) in self.reflected.iter_mut().enumerate() {
             (r.mean, r.cost) = (nonsense(index, i, 2), 1.0 + nonsense(index, i, 3));
             r.moment = r.mean * r.mean;
+            r.variance = r.variance.map(|_| nonsense(index, i, 5));
         }
         values.iter_mut().enumerate().for_each(|(i, v)| *v = nonsense(index, i, 4));
     }
@@ -174,12 +199,14 @@ pub fn sweep(nodes: &mut [Node], mode: ColorMode, mut records: Option<&mut Recor
         let node = &from[0];
         let value = node.value();
         if let (Some(records), Some(met)) = (&mut records, node.met) {
+            let sum = grey(node.sum, node.hero || node.dispersed);
             records.reflected.push(ReflectedRecord {
                 p: met.p,
                 wo: -node.w,
                 albedo: met.albedo,
-                mean: grey(node.sum, node.hero || node.dispersed) * node.inv_q,
+                mean: sum * node.inv_q,
                 moment: node.squares * node.inv_q,
+                variance: node.variance(sum),
                 cost: node.costs * node.inv_q,
             });
         }
@@ -188,6 +215,11 @@ pub fn sweep(nodes: &mut [Node], mode: ColorMode, mut records: Option<&mut Recor
         let x = node.direct + carried * (1.0 / node.survival);
         let of_rays =
             RAY * f32::from(u8::from(node.traced)) + SHADOW * f32::from(u8::from(node.asked));
+        parent.copies += 1;
+        let rarer = if node.pdf > 0.0 { node.pdf / node.pdf_bsdf } else { 1.0 };
+        let of_ray = node.plain(grey(node.found, node.hero)) / node.survival;
+        parent.plain += grey(node.direct, node.hero).powi(2)
+            + grey(node.weight, node.hero).powi(2) * rarer * of_ray;
         parent.sum += x;
         parent.squares += grey(x, node.hero).powi(2);
         parent.costs += of_rays + node.costs * node.inv_q;
@@ -203,5 +235,54 @@ pub fn sweep(nodes: &mut [Node], mode: ColorMode, mut records: Option<&mut Recor
                 product: grey(carried, node.hero) * node.pdf / node.survival,
             });
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A vertex from which light comes from two sides, 1 with probability 0.9 and 20, that a guide
+    /// draws with other probabilities; copies at random, roulette after the bounce.
+    #[test]
+    fn trees_tell_variance_of_copies_and_second_moments_of_plain_paths() {
+        let number = |i: u64, k: u64| (mix_bits(64 * i + k) >> 40) as f32 / (1u32 << 24) as f32;
+        let (p, g, v) = ([0.9f32, 0.1], [0.3f32, 0.7], [1.0f32, 20.0]);
+        let (survival, mut records) = (0.5, Records::default());
+        let (trees, mut plain) = (200_000u64, 0.0f64);
+        for i in 0..trees {
+            let q = 0.5 + 3.0 * number(i, 0);
+            let met = Some(Met { p: Vec3::ZERO, albedo: 1.0 });
+            let mut nodes = vec![Node { met, inv_q: 1.0 / q, ..Node::root(Vec3::ZERO, Vec3::Z) }];
+            for copy in 0..(q + number(i, 1)) as u64 {
+                let side = usize::from(number(i, 2 + 2 * copy) >= g[0]);
+                let traced = number(i, 3 + 2 * copy) < survival;
+                nodes.push(Node {
+                    pdf: g[side],
+                    pdf_bsdf: p[side],
+                    weight: Spectrum::splat(p[side] / g[side]),
+                    found: Spectrum::splat(if traced { v[side] } else { 0.0 }),
+                    survival,
+                    traced,
+                    ..Node::copy(0, Vec3::ZERO)
+                });
+            }
+            sweep(&mut nodes, ColorMode::Rgb, Some(&mut records));
+            plain += f64::from(nodes[0].plain(0.0));
+        }
+        let near = |found: f64, expected: f32| {
+            assert!((found / f64::from(expected) - 1.0).abs() < 0.01, "{found} {expected}");
+        };
+        // Of plain paths: Σ p v².
+        near(plain / trees as f64, p[0] * v[0] * v[0] + p[1] * v[1] * v[1]);
+        // Of a copy: Σ g (p v/g)² over the probability of survival, and that less the square of the mean.
+        let mean = p[0] * v[0] + p[1] * v[1];
+        let of_side = |k: usize| (p[k] * v[k]).powi(2) / g[k] / survival;
+        let moment = of_side(0) + of_side(1);
+        let told: Vec<f64> =
+            records.reflected.iter().filter_map(|r| r.variance.map(f64::from)).collect();
+        near(told.iter().sum::<f64>() / told.len() as f64, moment - mean * mean);
+        let moments: f64 = records.reflected.iter().map(|r| f64::from(r.moment)).sum();
+        near(moments / trees as f64, moment);
     }
 }

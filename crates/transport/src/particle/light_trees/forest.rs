@@ -88,7 +88,7 @@ impl Grower<'_, '_> {
     ) -> Option<f32> {
         let expected = match self.splitting.rule {
             // A pixel sees next to none of the paths: its variance is their second moment.
-            Rule::Efficiency => expected.map(|e| Expected { mean: 0.0, ..e }),
+            Rule::Efficiency => expected.map(|e| Expected { mean: 0.0, variance: e.moment, ..e }),
             _ => expected,
         };
         let decision = self.splitting.decide(&Collision {

@@ -67,14 +67,16 @@ static SPLITTING_INFO: MethodInfo = MethodInfo {
 
 /// Records after which a cell divides, times √ of the passes of the iteration.
 const MOST_RECORDS: f64 = 1000.0;
+/// Trees of a pass that are learned from, about: large pictures have more than enough.
+const MOST_TREES: f64 = 131_072.0;
 /// Weight of a pass at most, over the first's.
 const MOST_WEIGHT: f32 = 1e3;
 /// Time for a ray of a tree over that of a plain path's: measured, see docs/guided.md.
 const DEARER: f32 = 2.0;
-/// When plain and guided paths are compared: passes done, and how many times dearer the guided
-/// may be, over the relative variance of a plain sample. The greater that is, the more can still be
-/// gained, and the more of it one pass of plain paths has missed.
-const TRIALS: [(u64, f32); 2] = [(31, 1.0), (127, 0.125)];
+/// When plain and guided paths are compared: passes done, and how many times dearer the guided may
+/// be, over the relative variance of a plain sample (at least 1). The greater that is, the more can
+/// still be gained, and the more of it one pass of plain paths has missed.
+const TRIALS: [(u64, f32); 3] = [(15, 0.25), (31, 0.25), (127, 0.125)];
 
 /// The method.
 #[derive(Debug)]
@@ -151,19 +153,32 @@ impl Guided {
             roulette: PathParams { roulette: rule, ..self.of_path.clone() }.roulette(),
             measurements: self.pixels.measurements(),
         };
-        let rows = rows(integrator.frame().size());
+        let size = integrator.frame().size();
+        let pixels: u32 = size.iter().product();
+        let learned = match self.learns(index) {
+            true => MOST_TREES / f64::from(pixels),
+            false => 0.0,
+        };
+        let rows = rows(size);
         workers.bands(out, rows, Forest::default, |forest, band| {
-            forest.trace(integrator, &guides, index, self.learns(index), band)
+            forest.trace(integrator, &guides, index, learned, band)
         })
     }
 
     /// Learns from a pass; at the end of an iteration takes over what it learned.
-    fn learn(&mut self, index: u64, records: &Records, values: &[f32], stats: &PassStats) {
+    fn learn(
+        &mut self,
+        index: u64,
+        records: &Records,
+        [values, plain]: [&[f32]; 2],
+        stats: &PassStats,
+    ) {
         let passes = 1u64 << (index + 1).ilog2();
         let ends = (index + 2).is_power_of_two() || index + 1 == self.params.training;
         let most = ends.then(|| MOST_RECORDS * (passes as f64).sqrt());
         self.field.learn(&records.light, &records.reflected, most);
         self.pixels.learn(values);
+        self.pixels.learn_plain(plain);
         self.cost += stats.closest_rays as f64 + 0.5 * stats.shadow_rays as f64;
         if ends {
             let done = (index + 2 - passes) as f64;
@@ -173,10 +188,11 @@ impl Guided {
                 self.plain_cost = cost;
             }
             let Some(variance) = self.pixels.end() else { return };
+            let before = self.totals.map_or(variance, |totals| totals.variance);
             self.totals = Some(Totals { variance, cost });
             let plain = self.pixels.plain();
             self.weight = (plain / variance).clamp(1.0 / MOST_WEIGHT, MOST_WEIGHT);
-            if self.params.fallback && !self.pays(index + 1, variance * cost) {
+            if self.params.fallback && !self.pays(index + 1, [before, variance], cost) {
                 self.plain = true;
                 self.weight = 1.0;
             }
@@ -185,17 +201,22 @@ impl Guided {
 }
 
 impl Guided {
-    /// False if plain paths should go on after the iteration that ends at so many passes, where
-    /// variance times cost is `product` now.
-    fn pays(&self, passes: u64, product: f32) -> bool {
+    /// False if plain paths should go on after the iteration that ends at so many passes. It had
+    /// the second variance, the one before it the first; a sample of it costs `cost`.
+    fn pays(&self, passes: u64, [before, variance]: [f32; 2], cost: f32) -> bool {
         let plain = self.pixels.plain();
         if passes == 3 {
             // Even without variance trees would not be worth their time.
             return plain > DEARER;
         }
-        TRIALS.iter().find(|(at, _)| *at == passes).is_none_or(|(_, share)| {
-            product * DEARER <= (share * plain).max(1.0) * plain * self.plain_cost
-        })
+        let Some((_, patience)) = TRIALS.iter().find(|(at, _)| *at == passes) else { return true };
+        let work = match passes <= self.params.warmup {
+            // As if two more iterations brought what this one brought, and then as many rays as
+            // plain paths have: while no path ends many more are traced.
+            true => variance * (variance / before).powi(2) * self.plain_cost,
+            false => variance * cost,
+        };
+        work * DEARER <= (patience * plain).max(1.0) * plain * self.plain_cost
     }
 }
 
@@ -264,18 +285,19 @@ impl Method for Guided {
         }
         let harvests = self.forests(index, &integrator, out, workers)?;
         let mut stats = PassStats::default();
-        let (mut records, mut values) = (Records::default(), Vec::new());
+        let (mut records, mut values, mut plain) = (Records::default(), Vec::new(), Vec::new());
         for of_band in harvests {
             stats += of_band.stats;
             records.light.extend(of_band.records.light);
             records.reflected.extend(of_band.records.reflected);
             values.extend(of_band.values);
+            plain.extend(of_band.plain);
         }
         if self.learns(index) {
             if self.misled {
                 records.mislead(&mut values, index);
             }
-            workers.install(|| self.learn(index, &records, &values, &stats));
+            workers.install(|| self.learn(index, &records, [&values, &plain], &stats));
         }
         Ok(Commit { kind, stats })
     }

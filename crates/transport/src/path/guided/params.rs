@@ -130,7 +130,7 @@ pub fn parameters() -> Vec<Parameter> {
         p(
             "fallback",
             d.fallback.to_string(),
-            "true: if 3, 31 or 127 passes show that learning does not pay, plain paths go on",
+            "true: if 3, 15, 31 or 127 passes show that learning does not pay, plain paths go on",
         ),
         p("splitting", d.splitting.to_string(), "false: rules that split play roulette alone"),
         p("window", d.window.to_string(), "size of the weight window of the rule `adjoint`"),

@@ -16,7 +16,9 @@ use crate::method::PassStats;
 use crate::roulette::{Roulette, Splitting};
 use crate::trees::{Node, Records, mean, sweep};
 use kaustika_film::accumulate::{PixelBand, PixelRecord};
+use kaustika_math::mix_bits;
 use kaustika_sampling::Sampler;
+use kaustika_sampling::hash::combine;
 use kaustika_scene::bsdf::Bsdf;
 use kaustika_scene::description::MediumId;
 use kaustika_scene::{RayBatch, Segment};
@@ -89,15 +91,18 @@ pub(super) struct Harvest {
     pub records: Records,
     /// Grey values of the pixels.
     pub values: Vec<f32>,
+    /// Second moments of plain paths to them, see [`crate::trees`].
+    pub plain: Vec<f32>,
 }
+
 impl<'a> Forest<'a> {
-    /// One sample of every pixel of a band.
+    /// One sample of every pixel of a band; about that share of them is `learned` from.
     pub(super) fn trace(
         &mut self,
         integrator: &Integrator<'a>,
         guides: &Guides,
         index: u64,
-        learns: bool,
+        learned: f64,
         band: &mut PixelBand,
     ) -> Harvest {
         let mut harvest = Harvest::default();
@@ -108,7 +113,9 @@ impl<'a> Forest<'a> {
             while !self.branches.is_empty() {
                 self.grow(integrator, guides, band.wants_features(), &mut harvest.stats);
             }
-            let records = learns.then_some(&mut harvest.records);
+            let number = mix_bits(combine(index, u64::from(band.y * band.width() + first)));
+            let learns = (number >> 11) as f64 / (1u64 << 53) as f64;
+            let records = (learns < learned).then_some(&mut harvest.records);
             sweep(&mut self.nodes, integrator.scene().mode, records);
             self.deliver(integrator, band, group, &mut harvest);
         }
@@ -201,6 +208,9 @@ impl<'a> Forest<'a> {
             band.add_trees(x, y, weight, [tree.factor, added, ended, longest, rays]);
             let grey = mean(radiance, lambda);
             harvest.values.push(if grey.is_finite() { grey } else { 0.0 });
+            let camera = mean(tree.walk.beta, lambda);
+            let plain = camera * camera * root.plain(mean(root.found, lambda));
+            harvest.plain.push(if plain.is_finite() { plain } else { 0.0 });
         }
     }
 }

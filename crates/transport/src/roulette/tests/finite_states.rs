@@ -142,7 +142,7 @@ fn exact(t: &Transport) -> [Option<Expected>; STATES] {
 
 fn told(mean: f64) -> Option<Expected> {
     let mean = mean as f32;
-    Some(Expected { mean, moment: 4.0 * mean * mean, cost: 3.0 })
+    Some(Expected { mean, moment: 4.0 * mean * mean, variance: 3.0 * mean * mean, cost: 3.0 })
 }
 
 /// Name, rule, what it is told of the states and of I, and whether states are drawn by the light.

@@ -64,7 +64,8 @@ impl Slab {
                 }
                 Some(s) => {
                     let mean = self.reflected(x) as f32;
-                    let expected = Some(Expected { mean, moment: mean * mean, cost: 1.0 });
+                    let expected =
+                        Some(Expected { mean, moment: mean * mean, variance: 0.0, cost: 1.0 });
                     let collision = Collision {
                         weight: weight as f32,
                         measurement: self.transmission() as f32,
