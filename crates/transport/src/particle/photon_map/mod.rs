@@ -221,7 +221,7 @@ impl Method for PhotonMapper {
             maps.cache = Some(eye.overture(first, error, workers, &mut stats)?);
         }
         let eye = self.eye(first, scene, frame, &maps);
-        eye.look(index, out, workers, &mut stats)?;
+        stats += eye.look(index, out, workers)?;
         self.maps = Some((first, maps));
         Ok(Commit { kind: CommitKind::Average, stats })
     }
