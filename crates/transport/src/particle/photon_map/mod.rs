@@ -6,6 +6,7 @@
 //! going on, and all else by rays that read the map where they end. The error of a pass is smooth,
 //! and no noise; radii shrink from pass to pass, so that pictures converge.
 
+pub mod cached;
 mod credits;
 mod emission;
 mod estimate;
