@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Holds the methods against each other on the project's own scenes (run by hand).
 
-    scripts/agreement.py [SCENE]... [--seeds 24] [--kaustika PROGRAM] [--resolution WxH] [--fault METHOD=FACTOR]
+    scripts/agreement.py [SCENE]... [--seeds 24] [--kaustika PROGRAM] [--resolution WxH] [--of METHOD...] [--fault METHOD=FACTOR]
 
 Every method renders every scene with as many seeds as asked for; two methods are compared on the light of one class of paths
 (`--layer`), which both must be able to sample: the mean of the picture and of each of its tiles of 16 x 16 pixels, in red, green and blue,
@@ -31,6 +31,9 @@ CLASSES = {
     "matte": "CD.*L",
     # what next event estimation from the eye finds, and lamps seen in mirrors: no caustics
     "asked": "C(S*|.*[^S])L",
+    # direct light, by way of mirrors and clear glass; by way of all that is glossy
+    "whitted": "L[D|S]S_M*E",
+    "cook": "L[D]S*E",
 }
 
 # method: passes a seed, parameters
@@ -40,21 +43,28 @@ METHODS = {
     "bdpt": (16, []),
     "vcm": (16, ["radius=0.0005", "alpha=1"]),
     "sppm": (64, ["radius=0.001", "alpha=1"]),
+    "whitted": (64, []),
+    "distributed": (64, []),
 }
+# methods that find one class alone: their picture is that class
+WHOLE = {"whitted": "whitted", "distributed": "cook"}
 
 # scene: its file, comparisons (one method, another, class)
 USUAL = [("path", "bdpt", "asked"), ("light", "bdpt", "shown"), ("vcm", "bdpt", "all")]
+TREES = [("whitted", "path", "whitted"), ("distributed", "path", "cook")]
 SCENES = {
-    "cornell-box": ("scene.pbrt", [("path", "bdpt", "all"), *USUAL[1:], ("sppm", "bdpt", "all")]),
-    "plates": ("scene.pbrt", [("path", "bdpt", "all"), ("light", "bdpt", "matte"), USUAL[2]]),
-    "sky": ("scene.xml", USUAL),
-    "lamp-room": ("scene.xml", USUAL),
-    "door": ("scene.xml", USUAL),
-    "glass-sphere": ("scene.xml", USUAL + [("sppm", "bdpt", "shown")]),
-    "ring": ("scene.xml", USUAL + [("sppm", "bdpt", "shown")]),
+    "cornell-box": ("scene.pbrt", [("path", "bdpt", "all"), *USUAL[1:], ("sppm", "bdpt", "all"), *TREES]),
+    "plates": ("scene.pbrt", [("path", "bdpt", "all"), ("light", "bdpt", "matte"), USUAL[2], *TREES]),
+    "sky": ("scene.xml", USUAL + TREES),
+    "lamp-room": ("scene.xml", USUAL + TREES),
+    "door": ("scene.xml", USUAL + TREES),
+    "glass-sphere": ("scene.xml", USUAL + [("sppm", "bdpt", "shown"), *TREES]),
+    "ring": ("scene.xml", USUAL + [("sppm", "bdpt", "shown"), *TREES]),
     "pool-large": ("large.xml", [("path", "bdpt", "all"), *USUAL[1:], ("sppm", "bdpt", "all")]),
     "pool-small": ("small.xml", [USUAL[0], USUAL[1], ("vcm", "bdpt", "asked"), ("vcm", "sppm", "all")]),
     "fog": ("scene.pbrt", USUAL),
+    "gloss": ("scene.xml", TREES),
+    "history": ("scene.xml", TREES),
 }
 
 
@@ -62,11 +72,14 @@ def render(kaustika, scene, method, seed, resolution, classes, image):
     passes, parameters = METHODS[method]
     command = [kaustika, "render", scene, "-q", "-m", method, "--spp", str(passes), "--seed", str(seed), "-o", image,
                "--sampler", "independent", "--filter", "box", *(["--resolution", resolution] if resolution else [])]
-    command += [x for p in parameters for x in ("-p", p)] + [x for c in classes for x in ("--layer", c + "=" + CLASSES[c])]
+    command += [x for p in parameters for x in ("-p", p)]
+    if method not in WHOLE:
+        command += [x for c in classes for x in ("--layer", c + "=" + CLASSES[c])]
     subprocess.run(command, check=True)
     buffer = oiio.ImageBuf(image)
     names, pixels = buffer.spec().channelnames, buffer.get_pixels(oiio.FLOAT)
-    return {c: pixels[..., [names.index(c + "." + k) for k in "RGB"]].astype(np.float64) for c in classes}
+    prefix = (lambda c: "") if method in WHOLE else (lambda c: c + ".")
+    return {c: pixels[..., [names.index(prefix(c) + k) for k in "RGB"]].astype(np.float64) for c in classes}
 
 
 def parts(pixels):
@@ -98,6 +111,7 @@ def main():
     ap.add_argument("--resolution", default="64x48")
     ap.add_argument("--kaustika", default=os.path.join(ROOT, "target", "release", "kaustika"))
     ap.add_argument("--fault", default="none=1")
+    ap.add_argument("--of", nargs="*", help="only comparisons of these methods with others")
     a = ap.parse_args()
     unknown = [s for s in a.scenes if s not in SCENES]
     if unknown:
@@ -108,6 +122,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         for name in a.scenes or SCENES:
             file, comparisons = SCENES[name]
+            comparisons = [c for c in comparisons if not a.of or c[0] in a.of]
             scene = os.path.join(ROOT, "scenes", name.split("-")[0] if name.startswith("pool") else name, file)
             seen = {}
             for method in dict.fromkeys(m for c in comparisons for m in c[:2]):

@@ -33,12 +33,14 @@ METHODS = {
         ("Goral: radiosity", 1984, "radiosity", 64, ["direct=mesh", "solver=gauss-seidel", "patches=4000", "display=constant"]),
         ("Arvo: backward", 1986, "backward", 64, []),
         ("Kajiya: path tracing", 1986, "path", 64, ["mis=light"]),
+        ("Wallace: two passes", 1987, "hybrid", 64, ["terms=wallace", "of=L([S_M]D)*S_M*E"]),
         ("Cohen: 100 shots", 1988, "radiosity", 64, ["direct=mesh", "solver=southwell", "patches=8000", "shots=100", "ambient=true"]),
         ("Sillion & Puech: mirrors", 1989, "radiosity", 64, ["solver=gauss-seidel", "patches=8000", "extended=true"]),
     ],
     "1990s": [
         ("Hanrahan: hierarchy", 1991, "radiosity", 64, ["patches=20000"]),
         ("light tracing", 1991, "light", 256, []),
+        ("Chen: multi-pass", 1991, "chen", 64, []),
         ("Veach & Guibas: MIS", 1995, "path", 64, []),
         ("Jensen: photon map", 1996, "photonmap", 64, []),
         ("Keller: virtual lights", 1997, "vpl", 64, []),
@@ -47,6 +49,7 @@ METHODS = {
     ],
     "2000s": [
         ("Kelemen: primary space", 2002, "pssmlt", 64, []),
+        ("Cline: redistribution", 2005, "erpt", 64, []),
         ("Hachisuka: SPPM", 2009, "sppm", 64, []),
     ],
     "2010s": [

@@ -3,11 +3,11 @@
 mod analytic;
 mod emitter;
 mod relief;
+mod roles;
 
 use crate::camera::Camera;
 use crate::description::{
-    GeometryDesc, MaterialModel, MediumId, SceneDescription, ShapeDesc, SourceFormat, TextureId,
-    TriMesh,
+    GeometryDesc, MaterialModel, MediumId, SceneDescription, ShapeDesc, SourceFormat, TriMesh,
 };
 use crate::error::BuildError;
 use crate::geometry::{Geometry, Group, Instance};
@@ -20,12 +20,12 @@ use crate::scene::{Scene, ShapeInfo};
 use crate::shape::{CurveStore, MeshRange, Quadric, QuadricForm, SdfStore, TriangleStore};
 use crate::surface::LightId;
 use crate::tessellate;
-use crate::texture::{AttributeRange, AttributeTable, TexturePoint, Textures};
+use crate::texture::{AttributeRange, AttributeTable, Textures};
 use emitter::Emitter;
 use kaustika_accel::{BoxBvh, BuildOptions, TriangleBvh};
 use kaustika_math::{Bounds3, Vec2, Vec3};
-use kaustika_spectra::{ColorMode, SpectrumRole};
-use std::collections::HashSet;
+use kaustika_spectra::ColorMode;
+use roles::Roles;
 
 /// Choices made outside the scene file.
 #[derive(Clone, Debug)]
@@ -390,133 +390,4 @@ fn boundary(format: SourceFormat, desc: &ShapeDesc) -> Option<[Option<MediumId>;
         _ => sides != [None; 2],
     };
     bounds.then_some(sides)
-}
-
-/// Which meaning the colours of each texture have.
-struct Roles {
-    illuminants: HashSet<TextureId>,
-    unbounded: HashSet<TextureId>,
-}
-
-impl Roles {
-    /// Textures used for emission or for indices of refraction, and their children.
-    fn of(description: &SceneDescription) -> Roles {
-        use crate::description::{
-            ConductorColor, FilterModel, HairAbsorption, HairDesc, IorDesc, LightKind,
-        };
-        let mut roles = Roles { illuminants: HashSet::new(), unbounded: HashSet::new() };
-        let shapes = description.shapes.iter();
-        for shape in shapes.chain(description.groups.iter().flat_map(|g| &g.shapes)) {
-            if let Some(e) = &shape.emission {
-                mark(description, e.radiance, &mut roles.illuminants);
-            }
-        }
-        for light in &description.lights {
-            if let LightKind::Projector { texture, .. } = light.kind {
-                mark(description, texture, &mut roles.illuminants);
-            }
-        }
-        for material in &description.materials {
-            let (color, ior) = match &material.model {
-                MaterialModel::Conductor { color, .. } => (Some(color), None),
-                MaterialModel::Dielectric { ior, .. }
-                | MaterialModel::ThinDielectric { ior, .. } => (None, Some(ior)),
-                MaterialModel::MetallicRoughness(desc) => (None, Some(&desc.ior)),
-                MaterialModel::CoatedDiffuse { coat, .. } => (None, Some(&coat.ior)),
-                MaterialModel::CoatedConductor { color, coat, .. } => {
-                    (Some(color), Some(&coat.ior))
-                }
-                _ => (None, None),
-            };
-            if let MaterialModel::MetallicRoughness(desc) = &material.model {
-                mark(description, desc.specular_color, &mut roles.unbounded);
-            }
-            if let MaterialModel::Hair(HairDesc {
-                absorption: HairAbsorption::Coefficient(t),
-                ..
-            }) = &material.model
-            {
-                mark(description, *t, &mut roles.unbounded);
-            }
-            if let MaterialModel::Filter { element: FilterModel::Retarder { delta, .. }, .. } =
-                material.model
-            {
-                mark(description, delta, &mut roles.unbounded);
-            }
-            if let Some(ConductorColor::EtaK { eta, k }) = color {
-                mark(description, *eta, &mut roles.unbounded);
-                mark(description, *k, &mut roles.unbounded);
-            }
-            if let Some(IorDesc::Spectrum(t)) = ior {
-                mark(description, *t, &mut roles.unbounded);
-            }
-        }
-        roles
-    }
-
-    fn of_texture(&self, id: TextureId) -> SpectrumRole {
-        if self.illuminants.contains(&id) {
-            SpectrumRole::Illuminant
-        } else if self.unbounded.contains(&id) {
-            SpectrumRole::Unbounded
-        } else {
-            SpectrumRole::Albedo
-        }
-    }
-}
-
-/// Adds a texture and what it is computed from.
-fn mark(description: &SceneDescription, id: TextureId, set: &mut HashSet<TextureId>) {
-    use crate::description::TextureNode as N;
-    if !set.insert(id) {
-        return;
-    }
-    match &description.textures[id.0 as usize].node {
-        N::Checkerboard { a, b, .. }
-        | N::Checkerboard3d { a, b, .. }
-        | N::Dots { inside: a, outside: b, .. }
-        | N::DirectionMix { a, b, .. } => {
-            mark(description, *a, set);
-            mark(description, *b, set);
-        }
-        N::LineGrid { between, lines, .. } => {
-            mark(description, *between, set);
-            mark(description, *lines, set);
-        }
-        N::Mix { a, b, .. } => {
-            mark(description, *a, set);
-            mark(description, *b, set);
-        }
-        N::Scale { texture, .. } | N::WithUv { texture, .. } => mark(description, *texture, set),
-        N::Bilerp { corners, .. } => corners.iter().for_each(|c| mark(description, *c, set)),
-        N::Float(_)
-        | N::Spectrum(_)
-        | N::Bitmap(_)
-        | N::Grid(_)
-        | N::Noise { .. }
-        | N::MeshAttribute { .. }
-        | N::Step { .. } => {}
-    }
-}
-
-impl TexturePoint {
-    /// The texture point of a surface.
-    #[inline]
-    pub fn of(geometry: &Geometry, s: &crate::surface::Surface) -> TexturePoint {
-        let uv_width = if s.footprint > 0.0 {
-            let (dpdu, dpdv) = geometry.tangents(s);
-            let stretch = dpdu.cross(dpdv).length().sqrt();
-            if stretch > 0.0 { s.footprint / stretch } else { 0.0 }
-        } else {
-            0.0
-        };
-        TexturePoint {
-            p: s.p,
-            n: s.ns,
-            uv: s.uv,
-            uv_width,
-            triangle: s.triangle,
-            barycentrics: s.barycentrics,
-        }
-    }
 }

@@ -1,6 +1,8 @@
 //! What all methods share of one picture: which pixels, which samples, how light is measured.
 
-use kaustika_film::accumulate::{Bands, Layers, PixelBand};
+use crate::method::{PassStats, RenderError};
+use crate::workers::Workers;
+use kaustika_film::accumulate::{Bands, Layers, PassImage, PixelBand, PixelRecord};
 use kaustika_film::path_expression::PathClasses;
 use kaustika_film::{FilterDesc, FilterSampler};
 use kaustika_math::Vec2;
@@ -57,6 +59,33 @@ impl Frame {
         let (width, height) = (band.width(), band.height());
         let row = move |y| (0..width).map(move |x| ([x, y], [x0 + x, y0 + y]));
         (0..height).flat_map(row)
+    }
+
+    /// Fills a pass with a sample of every pixel, cut into chunks of whole rows and at least `chunk` samples.
+    /// `sample` makes the record of one pixel of the picture, with its features if they are asked for; it
+    /// works in what `room` makes for each thread.
+    ///
+    /// # Errors
+    /// As [`Workers::bands`].
+    pub fn sample_pixels<R: Send>(
+        &self,
+        out: &mut PassImage,
+        workers: &Workers,
+        chunk: u32,
+        room: impl Fn() -> R + Sync,
+        sample: impl Fn(&mut R, [u32; 2], bool, &mut PassStats) -> PixelRecord + Sync,
+    ) -> Result<PassStats, RenderError> {
+        let rows = chunk.div_ceil(out.width()).max(1);
+        let bands = workers.bands(out, rows, room, |room, band| {
+            let mut stats = PassStats::default();
+            let features = band.wants_features();
+            for ([x, y], pixel) in self.places(band) {
+                let record = sample(room, pixel, features, &mut stats);
+                band.add(x, y, &record);
+            }
+            stats
+        })?;
+        Ok(bands.into_iter().sum())
     }
 
     /// A frame over the whole picture.
@@ -131,6 +160,36 @@ impl Frame {
         if let Some(bands) = &self.bands {
             let radiance = if radiance.is_finite() { radiance } else { Spectrum::ZERO };
             bands.add(radiance, lambda, w, band.bands(x, y));
+        }
+    }
+
+    /// What the film gets of a sample of this radiance, clamped as the file asks. What is no number is black, and
+    /// counted.
+    #[inline]
+    pub fn rgb(&self, radiance: Spectrum, lambda: &Wavelengths, stats: &mut PassStats) -> [f32; 3] {
+        let rgb = self.sensor.rgb(radiance, lambda);
+        if rgb.iter().all(|v| v.is_finite()) {
+            self.clamp(rgb)
+        } else {
+            stats.bad_samples += 1;
+            [0.0; 3]
+        }
+    }
+
+    /// Adds a part of a sample's radiance to its sum, which is to be clamped when it is whole. What is no number
+    /// is left out, and counted.
+    #[inline]
+    pub fn add(
+        &self,
+        sum: &mut [f32; 3],
+        radiance: Spectrum,
+        lambda: &Wavelengths,
+        stats: &mut PassStats,
+    ) {
+        let rgb = self.sensor.rgb(radiance, lambda);
+        match rgb.iter().all(|v| v.is_finite()) {
+            true => sum.iter_mut().zip(rgb).for_each(|(sum, v)| *sum += v),
+            false => stats.bad_samples += 1,
         }
     }
 

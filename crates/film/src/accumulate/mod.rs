@@ -8,9 +8,11 @@
 mod bands;
 mod layers;
 mod pass;
+mod total;
 mod tree;
 
 pub use bands::Bands;
 pub use layers::{Feature, Layers};
 pub use pass::{PassImage, PixelBand, PixelRecord};
-pub use tree::{MergeError, Node, PassTree, Total};
+pub use total::Total;
+pub use tree::{MergeError, Node, PassTree};

@@ -19,18 +19,8 @@ pub(super) fn film(aspect: f32) -> FilmDesc {
     } else {
         (LONGER_SIDE * aspect, LONGER_SIDE)
     };
-    FilmDesc {
-        resolution: [w.round() as u32, h.round() as u32],
-        crop: None,
-        filter: FilterChoice::Gaussian { radius: [1.5; 2], sigma: 0.5 },
-        filename: None,
-        imaging_ratio: 1.0,
-        white_balance: None,
-        max_component: None,
-        aovs: Vec::new(),
-        bands: None,
-        gbuffer: None,
-    }
+    let resolution = [w.round() as u32, h.round() as u32];
+    FilmDesc::new(resolution, FilterChoice::Gaussian { radius: [1.5; 2], sigma: 0.5 })
 }
 
 /// A camera with everything but its kind and place left to the defaults.
@@ -41,19 +31,7 @@ pub(super) fn camera(
     transform: Transform,
     span: Option<Span>,
 ) -> CameraDesc {
-    CameraDesc {
-        motion: Vec::new(),
-        name: name.into(),
-        kind,
-        transform,
-        shutter: [0.0, 0.0],
-        medium: None,
-        film: film(aspect),
-        sampler: None,
-        spp: None,
-        seed: 0,
-        span,
-    }
+    CameraDesc { name: name.into(), span, ..CameraDesc::new(kind, transform, film(aspect)) }
 }
 
 fn positive(json: &Json, key: &str) -> Result<f32, Fault> {

@@ -213,18 +213,8 @@ impl<'a> Converter<'a> {
     }
 
     fn film(&mut self, sensor: &'a Object) -> FilmDesc {
-        let mut film = FilmDesc {
-            resolution: [768, 576],
-            crop: None,
-            filter: FilterChoice::Gaussian { radius: [2.0; 2], sigma: 0.5 },
-            filename: None,
-            imaging_ratio: 1.0,
-            white_balance: None,
-            max_component: None,
-            aovs: Vec::new(),
-            bands: None,
-            gbuffer: None,
-        };
+        let gaussian = FilterChoice::Gaussian { radius: [2.0; 2], sigma: 0.5 };
+        let mut film = FilmDesc::new([768, 576], gaussian);
         let Some((_, id)) = self.child(sensor, Kind::Film) else { return film };
         let object = self.object(id);
         if !FILMS.contains(&object.plugin.as_str()) {

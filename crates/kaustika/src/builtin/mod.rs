@@ -55,39 +55,19 @@ fn camera() -> CameraDesc {
     let frame = Transform::look_at(eye, target, Vec3::Y).expect("the view is not along y");
     // The frame has x = up x direction, which in a right-handed world is on the viewer's left.
     let mirror = Transform::scale(Vec3::new(-1.0, 1.0, 1.0)).expect("no factor is zero");
-    CameraDesc {
-        name: "main".to_string(),
-        kind: CameraKind::Perspective {
-            fov: 29.0,
-            fov_axis: FovAxis::Y,
-            principal_point: [0.0; 2],
-            screen_window: None,
-            lens_radius: 0.012,
-            focus_distance: 4.2,
-            near_clip: 0.01,
-            far_clip: 1000.0,
-        },
-        transform: frame.then_after(&mirror),
-        motion: Vec::new(),
-        shutter: [0.0; 2],
-        medium: None,
-        film: FilmDesc {
-            resolution: RESOLUTION,
-            crop: None,
-            filter: FilterChoice::Gaussian { radius: [1.5; 2], sigma: 0.5 },
-            filename: None,
-            imaging_ratio: 1.0,
-            white_balance: None,
-            max_component: None,
-            aovs: Vec::new(),
-            bands: None,
-            gbuffer: None,
-        },
-        sampler: None,
-        spp: Some(SPP),
-        seed: 0,
-        span: None,
-    }
+    let kind = CameraKind::Perspective {
+        fov: 29.0,
+        fov_axis: FovAxis::Y,
+        principal_point: [0.0; 2],
+        screen_window: None,
+        lens_radius: 0.012,
+        focus_distance: 4.2,
+        near_clip: 0.01,
+        far_clip: 1000.0,
+    };
+    let film = FilmDesc::new(RESOLUTION, FilterChoice::Gaussian { radius: [1.5; 2], sigma: 0.5 });
+    let place = frame.then_after(&mirror);
+    CameraDesc { name: "main".into(), spp: Some(SPP), ..CameraDesc::new(kind, place, film) }
 }
 
 #[cfg(test)]

@@ -2,16 +2,18 @@
 
 use super::duration;
 use super::plot::PlotArgs;
+use super::values::{
+    FeatureList, count, finite, fractions, key_value, passes, pixels, positive, resolution,
+    threads, tonemap, variance_space, whole,
+};
 use clap::{Args as ClapArgs, Parser, Subcommand};
 use kaustika::film::FilterDesc;
-use kaustika::film::accumulate::Feature;
 use kaustika::film::metrics::VarianceSpace;
 use kaustika::sampling::SamplerKind;
 use kaustika::scene::LightSelectionKind;
 use kaustika::spectra::{ColorMode, Tonemap};
 use kaustika::{Crop, Denoiser, Environment, RenderOptions};
 use std::path::PathBuf;
-use std::str::FromStr;
 use std::time::Duration;
 
 /// A photorealistic renderer with every light transport method.
@@ -176,10 +178,6 @@ pub struct MergeArgs {
     /// Image to write; may be repeated
     #[arg(short, long = "output", required = true, value_name = "FILE")]
     pub output: Vec<PathBuf>,
-    /// Layer of some paths: a light path expression from the camera (C<RD>.*L) or from the light
-    /// (LS+DS*E), or one of Arnold's names (diffuse_direct); may be repeated
-    #[arg(long, value_name = "NAME=EXPR")]
-    pub layer: Vec<String>,
     /// How values become colours in .png and .jpg
     #[command(flatten)]
     pub look: LookArgs,
@@ -281,6 +279,9 @@ pub struct RaysArgs {
 
 /// `kaustika fly`.
 #[derive(ClapArgs, Debug)]
+#[command(after_help = "Examples:
+  kaustika fly scene.xml --resolution 1280x720
+  kaustika fly scene.xml -p model=blinn -p shadows=false --frames 250 --swing 20 -o frames")]
 pub struct FlyArgs {
     /// Scene file, as `render` takes it; without one the built-in scene
     pub scene: Option<PathBuf>,
@@ -349,106 +350,6 @@ impl RenderArgs {
             path_layers: self.layer.clone(),
             denoiser: self.denoise,
         }
-    }
-}
-
-/// Feature layers; `all` are those of the first surface.
-#[derive(Clone, Debug)]
-pub struct FeatureList(pub Vec<Feature>);
-
-impl FromStr for FeatureList {
-    type Err = String;
-    fn from_str(text: &str) -> Result<FeatureList, String> {
-        match text {
-            "all" => Ok(FeatureList(Feature::FIRST_SURFACE.to_vec())),
-            _ => text.split(',').map(str::parse).collect::<Result<_, _>>().map(FeatureList),
-        }
-    }
-}
-
-pub(super) fn key_value(text: &str) -> Result<(String, String), String> {
-    match text.split_once('=') {
-        Some((key, value)) if !key.trim().is_empty() => Ok((key.trim().into(), value.into())),
-        _ => Err("expected KEY=VALUE".into()),
-    }
-}
-
-fn whole<T: FromStr>(text: &str) -> Result<T, String> {
-    text.parse().map_err(|_| "expected a whole number from 0".into())
-}
-
-/// More than this are a slip of the keyboard, and take minutes to start.
-const MOST_THREADS: usize = 1024;
-
-fn threads(text: &str) -> Result<usize, String> {
-    match text.parse() {
-        Ok(n) if n <= MOST_THREADS => Ok(n),
-        _ => Err(format!("expected a whole number from 0 to {MOST_THREADS}")),
-    }
-}
-
-pub(super) fn count(text: &str) -> Result<u64, String> {
-    match text.parse() {
-        Ok(n) if n > 0 => Ok(n),
-        _ => Err("expected a whole number from 1".into()),
-    }
-}
-
-fn finite(text: &str) -> Result<f32, String> {
-    text.parse().ok().filter(|v: &f32| v.is_finite()).ok_or_else(|| "expected a number".into())
-}
-
-fn positive(text: &str) -> Result<f32, String> {
-    match text.parse::<f32>() {
-        Ok(v) if v > 0.0 && v.is_finite() => Ok(v),
-        _ => Err("expected a number greater than 0".into()),
-    }
-}
-
-fn resolution(text: &str) -> Result<[u32; 2], String> {
-    let parsed = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
-    match parsed {
-        Some([w, h]) if w > 0 && h > 0 => Ok([w, h]),
-        _ => Err("expected WIDTHxHEIGHT, such as 640x480".into()),
-    }
-}
-
-fn four<T: FromStr>(text: &str) -> Option<[T; 4]> {
-    let values: Option<Vec<T>> = text.split(',').map(|v| v.trim().parse().ok()).collect();
-    values?.try_into().ok()
-}
-
-fn pixels(text: &str) -> Result<[u32; 4], String> {
-    four(text).ok_or_else(|| "expected four whole numbers from 0, separated by commas".into())
-}
-
-fn fractions(text: &str) -> Result<[f32; 4], String> {
-    four(text)
-        .filter(|v| v.iter().all(|v: &f32| v.is_finite()))
-        .ok_or_else(|| "expected four numbers, separated by commas".into())
-}
-
-fn passes(text: &str) -> Result<[u64; 2], String> {
-    let parsed = text.split_once("..").and_then(|(a, b)| Some([a.parse().ok()?, b.parse().ok()?]));
-    match parsed {
-        Some([a, b]) if a < b => Ok([a, b]),
-        Some(_) => Err("the share is empty: the end is exclusive".into()),
-        None => Err("expected A..B, such as 0..16".into()),
-    }
-}
-
-fn tonemap(text: &str) -> Result<Tonemap, String> {
-    Tonemap::by_name(text).ok_or_else(|| {
-        let known: Vec<_> = Tonemap::NAMES.iter().map(|(n, _)| *n).collect();
-        format!("known: {}", known.join(", "))
-    })
-}
-
-fn variance_space(text: &str) -> Result<VarianceSpace, String> {
-    match text {
-        "xyz" => Ok(VarianceSpace::Xyz),
-        "rgb" => Ok(VarianceSpace::Rgb),
-        _ => Err("known: xyz, rgb".into()),
     }
 }
 

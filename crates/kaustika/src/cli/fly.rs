@@ -20,7 +20,10 @@ use std::time::Instant;
 pub fn run(args: &FlyArgs) -> Result<(), Failure> {
     let cancel = interrupt::install()?;
     if let Some(folder) = args.output.as_deref().filter(|f| !f.is_dir()) {
-        return Err(Failure::Input(format!("there is no folder {}", folder.display())));
+        let folder = folder.display();
+        return Err(Failure::Input(format!(
+            "there is no folder {folder} to write the frames into, as 0000.png and so on; make it first"
+        )));
     }
     let workers = Workers::new(args.threads, cancel).map_err(Failure::input)?;
     let description = match &args.scene {
@@ -46,7 +49,13 @@ pub fn run(args: &FlyArgs) -> Result<(), Failure> {
         SetupError::Choice(message) => Failure::Usage(message),
     })?;
     drop(description);
+    if setup.scene.has_media() {
+        eprintln!("note: a z-buffer leaves out the media of this scene");
+    }
     let seconds = fly(args, &setup, &workers)?;
+    if let Some(folder) = &args.output {
+        eprintln!("wrote {} frames into {}", seconds.len(), folder.display());
+    }
     stdout::write(&match args.json {
         true => format!("{}\n", to_json(&setup, &seconds, workers.threads())),
         false => told(&setup, &seconds),

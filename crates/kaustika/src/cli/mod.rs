@@ -19,6 +19,7 @@ mod progress;
 mod rays;
 mod render;
 mod stdout;
+mod values;
 mod viewer;
 
 use args::{Args, Command};

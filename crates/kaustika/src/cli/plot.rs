@@ -1,8 +1,8 @@
 //! `kaustika plot`: drawings of what a renderer is made of.
 
-use super::args::{count, key_value};
 use super::failure::Failure;
-use super::{diagnostics, stdout};
+use super::values::{count, key_value};
+use super::{diagnostics, picture, stdout};
 use clap::{Args, Subcommand};
 use kaustika::formats::pbrt::read_pbrt_str;
 use kaustika::load;
@@ -30,6 +30,9 @@ pub enum PlotCommand {
 
 /// `kaustika plot brdf`.
 #[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  kaustika plot brdf '\"conductor\" \"float roughness\" 0.2' -o lobes.svg
+  kaustika plot brdf paint steel --scene scene.xml --angle 30,60 --log -o lobes.svg")]
 pub struct PlotBrdfArgs {
     /// Materials: names in the scene file, #N by number, or as pbrt writes them:
     /// '"conductor" "float roughness" 0.2'
@@ -41,18 +44,19 @@ pub struct PlotBrdfArgs {
     /// Value of a scene variable (Mitsuba's $name); may be repeated
     #[arg(short = 'D', long = "define", value_name = "KEY=VALUE", value_parser = key_value)]
     pub define: Vec<(String, String)>,
-    /// Drawing to write (.svg); without one it goes to standard output
+    /// File to write, .svg or with --json .json; without one it goes to standard output
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Angles of incidence in degrees, separated by commas
     #[arg(long, value_name = "DEGREES", value_delimiter = ',', default_value = "0,35,55,75",
-        value_parser = incidence)]
+        value_parser = incidence, allow_hyphen_values = true)]
     pub angle: Vec<f32>,
     /// Degrees from value to value
-    #[arg(long, value_name = "DEGREES", default_value_t = 1.0, value_parser = step)]
+    #[arg(long, value_name = "DEGREES", default_value_t = 1.0, value_parser = step,
+        allow_hyphen_values = true)]
     pub step: f32,
     /// Panels a row
-    #[arg(long, value_name = "N", value_parser = count)]
+    #[arg(long, value_name = "N", value_parser = count, allow_hyphen_values = true)]
     pub columns: Option<u64>,
     /// Three decades instead of one scale
     #[arg(long)]
@@ -68,6 +72,7 @@ pub struct PlotBrdfArgs {
 /// If a material is at fault or the drawing can't be written.
 pub fn run(args: &PlotArgs) -> Result<(), Failure> {
     let PlotCommand::Brdf(args) = &args.what;
+    args.output.as_deref().map_or(Ok(()), |path| check(path, args.json))?;
     let of_file = args.scene.as_ref().map(|path| sound(load(path, &args.define))).transpose()?;
     let mut panels = Vec::new();
     for wanted in &args.material {
@@ -97,15 +102,38 @@ pub fn run(args: &PlotArgs) -> Result<(), Failure> {
             lobe: probe.lobe(angle, args.step),
         }));
     }
-    if args.json {
-        return stdout::write_json(&panels.iter().map(to_json).collect());
+    let Some(path) = &args.output else {
+        return match args.json {
+            true => stdout::write_json(&values(&panels)),
+            false => stdout::write(&drawing(args, &panels)),
+        };
+    };
+    let text = match args.json {
+        true => format!("{:#}\n", values(&panels)),
+        false => drawing(args, &panels),
+    };
+    fs::write(path, text)
+        .map_err(|e| Failure::Input(format!("can't write {}: {e}", path.display())))?;
+    picture::tell(std::slice::from_ref(path));
+    Ok(())
+}
+
+/// Refuses a file whose name promises something else, or that could not be written.
+fn check(path: &Path, json: bool) -> Result<(), Failure> {
+    let (extension, what) = if json { ("json", "values") } else { ("svg", "drawings") };
+    if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension)) {
+        let shown = path.display();
+        return Err(Failure::Usage(format!("{shown}: {what} are written as .{extension}")));
     }
-    let drawing = draw(&panels, columns(args, panels.len()), args.log);
-    match &args.output {
-        None => stdout::write(&drawing),
-        Some(path) => fs::write(path, drawing)
-            .map_err(|e| Failure::Input(format!("can't write {}: {e}", path.display()))),
-    }
+    picture::check_place(path)
+}
+
+fn drawing(args: &PlotBrdfArgs, panels: &[Panel]) -> String {
+    draw(panels, columns(args, panels.len()), args.log)
+}
+
+fn values(panels: &[Panel]) -> Value {
+    panels.iter().map(to_json).collect()
 }
 
 /// Panels a row: those of a material, or a square of materials.

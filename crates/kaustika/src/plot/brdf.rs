@@ -157,39 +157,8 @@ fn along(degrees: f32) -> Vec3 {
 
 /// A scene has one; nobody looks through it.
 fn camera() -> CameraDesc {
-    CameraDesc {
-        name: String::new(),
-        kind: CameraKind::Perspective {
-            fov: 45.0,
-            fov_axis: FovAxis::X,
-            principal_point: [0.0; 2],
-            screen_window: None,
-            lens_radius: 0.0,
-            focus_distance: 1.0,
-            near_clip: 0.0,
-            far_clip: f32::INFINITY,
-        },
-        transform: Transform::IDENTITY,
-        motion: Vec::new(),
-        shutter: [0.0; 2],
-        medium: None,
-        film: FilmDesc {
-            resolution: [1, 1],
-            crop: None,
-            filter: FilterChoice::Box { radius: [0.5; 2] },
-            filename: None,
-            imaging_ratio: 1.0,
-            white_balance: None,
-            max_component: None,
-            aovs: Vec::new(),
-            bands: None,
-            gbuffer: None,
-        },
-        sampler: None,
-        spp: None,
-        seed: 0,
-        span: None,
-    }
+    let film = FilmDesc::new([1, 1], FilterChoice::Box { radius: [0.5; 2] });
+    CameraDesc::new(CameraKind::pinhole(45.0, FovAxis::X), Transform::IDENTITY, film)
 }
 
 #[cfg(test)]

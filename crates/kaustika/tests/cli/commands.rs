@@ -422,6 +422,6 @@ fn a_flight_is_drawn_and_timed() {
 
     p.write("bare.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
     assert!(p.fails(1, &format!("{fly} --baked bare.ply")).contains("no colours at its vertices"));
-    assert!(p.fails(1, &format!("{fly} -o nowhere")).contains("there is no folder"));
+    assert!(p.fails(1, &format!("{fly} -o nowhere")).contains("make it first"));
     assert!(p.fails(2, &format!("{fly} -p model=cubist")).contains("cubist"));
 }

@@ -52,4 +52,14 @@ fn materials_are_found_or_told() {
     assert!(told.contains("no material `plastic`; materials here have no names: say #0"), "{told}");
     let told = p.fails(2, "plot brdf #0 --scene ball.pbrt --angle 90");
     assert!(told.contains("from 0 to less than 90"), "{told}");
+    let told = p.fails(2, "plot brdf #0 --scene ball.pbrt --angle -5");
+    assert!(told.contains("from 0 to less than 90"), "{told}");
+    let told = p.fails(2, "plot brdf #0 --scene ball.pbrt -o lobes.png");
+    assert!(told.contains("lobes.png: drawings are written as .svg"), "{told}");
+    let told = p.fails(1, "plot brdf #0 --scene ball.pbrt -o nowhere/lobes.svg");
+    assert!(told.contains("there is no folder nowhere"), "{told}");
+    p.ok("plot brdf #0 --scene ball.pbrt --json -o lobes.json");
+    let json: Value =
+        serde_json::from_slice(&std::fs::read(p.path("lobes.json")).unwrap()).unwrap();
+    assert_eq!(json.as_array().map(Vec::len), Some(4));
 }

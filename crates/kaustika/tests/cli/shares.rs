@@ -236,30 +236,42 @@ fn a_checkpoint_that_is_not_resumed_is_moved_aside() {
     assert!(p.has("a.ckpt.old") && !p.has("a.ckpt"));
 }
 
+/// A render without end of 48 x 36 pixels to `a.exr`, a pass of which is done, and what it tells its viewer.
 #[cfg(unix)]
-#[test]
-fn an_interrupted_render_writes_picture_and_checkpoint_and_goes_on() {
+fn endless(p: &Place, options: &str) -> (std::process::Child, std::net::TcpStream) {
     use std::io::Read;
     use std::net::TcpListener;
     use std::process::{Command, Stdio};
-    let p = Place::new();
-    let common = "render ball.pbrt --sampler sobol --resolution 48x36";
     // A viewer that receives a picture knows that a pass is done.
     let viewer = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = viewer.local_addr().unwrap();
-    let options = format!("--spp 100000000 -o a.exr --stats a.json --display {address}");
-    let mut child = Command::new(env!("CARGO_BIN_EXE_kaustika"))
-        .args(format!("{common} {options}").split_whitespace())
+    let child = Command::new(env!("CARGO_BIN_EXE_kaustika"))
+        .args(format!("{options} --spp 100000000 -o a.exr --display {address}").split_whitespace())
         .current_dir(p.path("."))
         .stderr(Stdio::null())
         .spawn()
         .unwrap();
     let (mut stream, _) = viewer.accept().unwrap();
-    let mut received = vec![0; 48 * 36 * 3 * 4];
-    stream.read_exact(&mut received).unwrap();
-    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
-    assert!(killed.success());
+    stream.read_exact(&mut vec![0; 48 * 36 * 3 * 4]).unwrap();
+    (child, stream)
+}
+
+#[cfg(unix)]
+fn send(signal: &str, child: &std::process::Child) {
+    let mut kill = std::process::Command::new("kill");
+    assert!(kill.args([signal, &child.id().to_string()]).status().unwrap().success());
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_render_writes_picture_and_checkpoint_and_goes_on() {
+    use std::io::Read;
+    let p = Place::new();
+    let common = "render ball.pbrt --sampler sobol --resolution 48x36";
+    let (mut child, mut stream) = endless(&p, &format!("{common} --stats a.json"));
+    send("-INT", &child);
     // Until the program closes the line.
+    let mut received = Vec::new();
     stream.read_to_end(&mut received).unwrap();
     assert_eq!(child.wait().unwrap().code(), Some(0));
     let name = b"a.exr";
@@ -274,4 +286,19 @@ fn an_interrupted_render_writes_picture_and_checkpoint_and_goes_on() {
     p.ok(&format!("{common} -q --spp {} --resume -o a.exr", spp + 1));
     p.ok(&format!("{common} -q --spp {} -o whole.exr", spp + 1));
     assert_same_bits(&p.picture("a.exr"), &p.picture("whole.exr"));
+}
+
+/// As `timeout` sends them, to the program and to its group.
+#[cfg(unix)]
+#[test]
+fn signals_at_once_are_one() {
+    let p = Place::new();
+    let (mut child, stream) = endless(&p, "render ball.pbrt --resolution 48x36");
+    // Of two kinds: the system may deliver two of the same as one.
+    send("-TERM", &child);
+    send("-INT", &child);
+    // Nobody need look on.
+    drop(stream);
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+    assert!(p.has("a.exr") && p.has("a.ckpt"));
 }

@@ -343,30 +343,9 @@ mod tests {
     use crate::description::{FilmDesc, FilterChoice, FovAxis};
 
     fn desc(kind: CameraKind) -> CameraDesc {
-        CameraDesc {
-            name: String::new(),
-            kind,
-            transform: Transform::look_at(Vec3::new(1.0, 2.0, 3.0), Vec3::ZERO, Vec3::Y).unwrap(),
-            motion: Vec::new(),
-            shutter: [0.0, 1.0],
-            medium: None,
-            film: FilmDesc {
-                resolution: [40, 30],
-                crop: None,
-                filter: FilterChoice::Box { radius: [0.5; 2] },
-                filename: None,
-                imaging_ratio: 1.0,
-                white_balance: None,
-                max_component: None,
-                aovs: Vec::new(),
-                bands: None,
-                gbuffer: None,
-            },
-            sampler: None,
-            spp: None,
-            seed: 0,
-            span: None,
-        }
+        let place = Transform::look_at(Vec3::new(1.0, 2.0, 3.0), Vec3::ZERO, Vec3::Y).unwrap();
+        let film = FilmDesc::new([40, 30], FilterChoice::Box { radius: [0.5; 2] });
+        CameraDesc { shutter: [0.0, 1.0], ..CameraDesc::new(kind, place, film) }
     }
 
     fn perspective(lens_radius: f32) -> Projective {

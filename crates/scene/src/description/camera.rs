@@ -31,6 +31,25 @@ pub struct CameraDesc {
     pub span: Option<Span>,
 }
 
+impl CameraDesc {
+    /// A camera that stands still in no medium; everything else is left to defaults.
+    pub fn new(kind: CameraKind, transform: Transform, film: FilmDesc) -> CameraDesc {
+        CameraDesc {
+            name: String::new(),
+            kind,
+            transform,
+            motion: Vec::new(),
+            shutter: [0.0; 2],
+            medium: None,
+            film,
+            sampler: None,
+            spp: None,
+            seed: 0,
+            span: None,
+        }
+    }
+}
+
 /// Optics.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CameraKind {
@@ -94,6 +113,22 @@ pub enum CameraKind {
         /// From left to right; their films count for nothing.
         cameras: Vec<CameraDesc>,
     },
+}
+
+impl CameraKind {
+    /// A pinhole that sees everything in front of it. `fov` is in degrees.
+    pub fn pinhole(fov: f32, fov_axis: FovAxis) -> CameraKind {
+        CameraKind::Perspective {
+            fov,
+            fov_axis,
+            principal_point: [0.0; 2],
+            screen_window: None,
+            lens_radius: 0.0,
+            focus_distance: 1.0,
+            near_clip: 0.0,
+            far_clip: f32::INFINITY,
+        }
+    }
 }
 
 /// What a distant sensor is aimed at.
@@ -160,6 +195,24 @@ pub struct FilmDesc {
     pub bands: Option<BandsDesc>,
     /// pbrt's gbuffer film, and the space of its positions and normals.
     pub gbuffer: Option<GBufferSpace>,
+}
+
+impl FilmDesc {
+    /// A whole film that leaves radiance as it is.
+    pub fn new(resolution: [u32; 2], filter: FilterChoice) -> FilmDesc {
+        FilmDesc {
+            resolution,
+            crop: None,
+            filter,
+            filename: None,
+            imaging_ratio: 1.0,
+            white_balance: None,
+            max_component: None,
+            aovs: Vec::new(),
+            bands: None,
+            gbuffer: None,
+        }
+    }
 }
 
 /// The space in which positions and normals are written.

@@ -9,6 +9,7 @@ mod build;
 mod image_map;
 mod mapping;
 mod noise;
+mod point;
 mod procedural;
 
 pub use bitmap::BitmapSampler;

@@ -191,7 +191,7 @@ impl Method for Hybrid {
                     let light =
                         field.at_pass(index, plan, &self.params, of, (workers, &mut stats))?;
                     let walk = Walk { scene, frame, plan, light: &light };
-                    walk.look(index, &mut image, workers, &mut stats)?;
+                    stats += walk.look(index, &mut image, workers)?;
                 }
                 _ => return Err(unprepared()),
             }

@@ -34,6 +34,12 @@ pub struct HybridParams {
     /// How fast radii shrink over the passes: r² ~ iᵅ⁻¹, in (0, 1]; 1 keeps them.
     #[serde(deserialize_with = "positive")]
     pub alpha: f32,
+    /// Allowed error of irradiance caches.
+    #[serde(deserialize_with = "positive")]
+    pub cache: f32,
+    /// Rays of a record of theirs.
+    #[serde(deserialize_with = "count")]
+    pub cache_rays: u32,
     /// True: lights are not seen directly.
     pub hide_emitters: bool,
 }
@@ -50,6 +56,8 @@ impl Default for HybridParams {
             nearest: 30,
             radius: 0.02,
             alpha: 0.75,
+            cache: 0.2,
+            cache_rays: 512,
             hide_emitters: false,
         }
     }
@@ -65,6 +73,16 @@ impl HybridParams {
             ..PhotonMapParams::default()
         }
     }
+
+    /// How irradiance is cached.
+    pub fn caching(&self) -> PhotonMapParams {
+        PhotonMapParams {
+            photons: self.photons,
+            cache: self.cache,
+            cache_rays: self.cache_rays,
+            ..self.reading()
+        }
+    }
 }
 
 /// The parameters with their defaults and meanings.
@@ -75,7 +93,7 @@ pub fn parameters() -> Vec<Parameter> {
         p(
             "terms",
             d.terms,
-            "NAME=METHOD(KEY=VALUE,...):CLASS;... or photons@N:CLASS, radiosity@N:CLASS, fields at the N-th diffuse surface; or chen, chen-preview, chen-direct, wallace, sillion-puech",
+            "NAME=METHOD(KEY=VALUE,...):CLASS;... or photons@N:CLASS, radiosity@N:CLASS, cache@N:CLASS, fields at the N-th diffuse surface; or chen, chen-preview, chen-direct, wallace, sillion-puech",
         ),
         p("of", "L(D|S)*E".into(), "the paths that the terms part among them"),
         p("patches", d.patches.to_string(), "patches of radiosity@N"),
@@ -84,7 +102,7 @@ pub fn parameters() -> Vec<Parameter> {
         p(
             "photons",
             d.photons.to_string(),
-            "photons emitted for photons@N in a pass; 16 times as many for the caustics of radiosity@N",
+            "photons emitted for photons@N and cache@N in a pass; 16 times as many for the caustics of radiosity@N",
         ),
         p("nearest", d.nearest.to_string(), "photons of an estimate, at least 2"),
         p("radius", d.radius.to_string(), "the farthest of them, as a share of the scene's radius"),
@@ -93,6 +111,8 @@ pub fn parameters() -> Vec<Parameter> {
             d.alpha.to_string(),
             "how fast radii shrink: r² falls as i^(alpha - 1) over the passes i; 1 keeps them",
         ),
+        p("cache", d.cache.to_string(), "allowed error of cache@N, 0.05 to 0.5"),
+        p("cache_rays", d.cache_rays.to_string(), "rays of a record of cache@N"),
         p("hide_emitters", d.hide_emitters.to_string(), "lights are not seen directly"),
     ]
 }

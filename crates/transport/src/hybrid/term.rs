@@ -3,10 +3,10 @@
 //! ```text
 //! terms  term; term; …
 //! term   [name=]maker:expression
-//! maker  method[(key=value, …)]  |  photons@N  |  radiosity@N
+//! maker  method[(key=value, …)]  |  photons@N  |  radiosity@N  |  cache@N
 //! ```
 //!
-//! `photons@N` and `radiosity@N` are walks from the camera that end in a light field at their N-th
+//! `photons@N`, `radiosity@N` and `cache@N` are walks from the camera that end in a light field at their N-th
 //! diffuse surface. The expression is Heckbert's or OSL's
 //! ([`path_expression`](kaustika_film::path_expression)).
 
@@ -51,6 +51,8 @@ pub enum FieldKind {
     Photons,
     /// Patches, solved before the first pass.
     Radiosity,
+    /// An irradiance cache, of each pass anew.
+    Cache,
 }
 
 /// Diffuse surfaces up to which a walk may go.
@@ -93,9 +95,10 @@ fn one(text: &str, number: usize) -> Result<Term, String> {
             let kind = match field.trim() {
                 "photons" => FieldKind::Photons,
                 "radiosity" => FieldKind::Radiosity,
+                "cache" => FieldKind::Cache,
                 other => {
                     let message = format!("no light field is kept in `{other}`");
-                    return Err(format!("{message}; known: photons, radiosity"));
+                    return Err(format!("{message}; known: photons, radiosity, cache"));
                 }
             };
             if !given.is_empty() {

@@ -9,11 +9,12 @@
 //! the rest, one of the two by chance (2); at the N-th by W alone, so that it may find another one
 //! behind a coat or in a mirror. Light that it meets on its way is none of its classes.
 
-use super::fields::{LightField, Plan};
+use super::fields::{LightField, PatchField, Plan};
 use crate::features::describe;
 use crate::frame::Frame;
 use crate::method::{PassStats, RenderError};
 use crate::nearest::Nearest;
+use crate::particle::photon_map::cached::GatherRoom;
 use crate::path_space::MAX_PASSAGES;
 use crate::roulette::{Roulette, Survival, WalkState};
 use crate::workers::Workers;
@@ -41,6 +42,7 @@ pub(super) struct Walk<'a> {
 struct Room<'a> {
     bsdf: Bsdf<'a>,
     found: Nearest,
+    gather: GatherRoom<'a>,
 }
 
 impl<'a> Walk<'a> {
@@ -50,20 +52,14 @@ impl<'a> Walk<'a> {
         index: u64,
         out: &mut PassImage,
         workers: &Workers,
-        stats: &mut PassStats,
-    ) -> Result<(), RenderError> {
-        let rows = CHUNK.div_ceil(out.width()).max(1);
-        let bands = workers.bands(out, rows, Room::default, |room, band| {
-            let mut stats = PassStats::default();
-            let features = band.wants_features();
-            for ([x, y], pixel) in self.frame.places(band) {
-                let record = self.sample(pixel, index, features, room, &mut stats);
-                band.add(x, y, &record);
-            }
-            stats
-        })?;
-        *stats += bands.into_iter().sum();
-        Ok(())
+    ) -> Result<PassStats, RenderError> {
+        self.frame.sample_pixels(
+            out,
+            workers,
+            CHUNK,
+            Room::default,
+            |room, pixel, features, stats| self.sample(pixel, index, features, room, stats),
+        )
     }
 
     /// One sample of one pixel.
@@ -81,6 +77,7 @@ impl<'a> Walk<'a> {
         let film = frame.film_sample(pixel, Vec2::new(u[0], u[1]));
         let time = match self.light {
             LightField::Photons(photons) => photons.time,
+            LightField::Cache(cache) => cache.time(),
             LightField::Patches(_) => u[4],
         };
         let camera = scene.camera.sample_we(film.film, Vec2::new(u[2], u[3]), time);
@@ -93,7 +90,7 @@ impl<'a> Walk<'a> {
         // Diffuse surfaces before this one.
         let mut diffuse = 0;
         let mut record = PixelRecord { weight: film.weight, ..PixelRecord::default() };
-        let bsdf = &mut room.bsdf;
+        let Room { bsdf, found, gather } = room;
         loop {
             stats.closest_rays += 1;
             let Some(mut s) = scene.intersect(&ray, t_max) else { break };
@@ -114,8 +111,16 @@ impl<'a> Walk<'a> {
             let u = sampler.get_vertex();
             let is_last = diffuse + 1 == plan.at;
             if is_last && bsdf.lobes().has(Lobes::DIFFUSE) {
-                let u = Vec2::new(u[0], u[1]);
-                radiance += beta * self.received(&s, bsdf, wo, &lambda, u, &mut room.found); // (1)
+                let received = match self.light {
+                    LightField::Photons(photons) => photons.radiance(&s, bsdf, wo, &lambda, found),
+                    LightField::Cache(cache) => {
+                        cache.radiance(&s, bsdf, wo, &lambda, &mut sampler, gather, stats)
+                    }
+                    LightField::Patches(patches) => {
+                        self.received(patches, &s, bsdf, wo, Vec2::new(u[0], u[1]))
+                    }
+                };
+                radiance += beta * received; // (1)
             }
             // (2)
             let draw = |lobes: Lobes| match bsdf.lobes().has(lobes) {
@@ -136,41 +141,28 @@ impl<'a> Walk<'a> {
             beta /= q;
             (ray, t_max) = (s.spawn(sample.wi), f32::INFINITY);
         }
-        let rgb = frame.sensor.rgb(radiance * camera.weight, &lambda);
-        record.rgb = match rgb.iter().all(|v| v.is_finite()) {
-            true => frame.clamp(rgb),
-            false => {
-                stats.bad_samples += 1;
-                [0.0; 3]
-            }
-        };
+        record.rgb = frame.rgb(radiance * camera.weight, &lambda, stats);
         record
     }
 
-    /// The integral of (1).
+    /// The integral of (1), of patches.
     fn received(
         &self,
+        patches: &PatchField,
         s: &Surface,
         bsdf: &Bsdf,
         wo: Vec3,
-        lambda: &Wavelengths,
         u: Vec2,
-        found: &mut Nearest,
     ) -> Spectrum {
-        match self.light {
-            LightField::Photons(photons) => photons.radiance(s, bsdf, wo, lambda, found),
-            LightField::Patches(patches) => {
-                let h = patches.irradiance(self.scene, s, wo, &self.plan.pasts);
-                if h.is_black() {
-                    return h;
-                }
-                // H is even over directions: f_D of one by its cosine, the same for all of Lambert's.
-                let up = Axes::from_normal(bsdf.shading_normal().face_forward(s.facing(wo)));
-                let wi = up.to_world(warp::cosine_hemisphere(u));
-                let f = bsdf.eval(wo, wi, Mode::Radiance, Lobes::DIFFUSE_REFLECTION);
-                f * h / up.n.abs_dot(wi).max(1e-4)
-            }
+        let h = patches.irradiance(self.scene, s, wo, &self.plan.pasts);
+        if h.is_black() {
+            return h;
         }
+        // H is even over directions: f_D of one by its cosine, the same for all of Lambert's.
+        let up = Axes::from_normal(bsdf.shading_normal().face_forward(s.facing(wo)));
+        let wi = up.to_world(warp::cosine_hemisphere(u));
+        let f = bsdf.eval(wo, wi, Mode::Radiance, Lobes::DIFFUSE_REFLECTION);
+        f * h / up.n.abs_dot(wi).max(1e-4)
     }
 }
 

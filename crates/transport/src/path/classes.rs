@@ -92,7 +92,7 @@ impl<'a> Integrator<'a> {
             if l.is_black() {
                 return;
             }
-            let c = self.rgb(l, lambda, stats);
+            let c = self.frame().rgb(l, lambda, stats);
             rgb.iter_mut().zip(c).for_each(|(sum, v)| *sum += v);
             tracks.add(how, l, lambda, sensor);
         };

@@ -109,7 +109,7 @@ impl<'a> Integrator<'a> {
     pub fn pixel(&self, pixel: [u32; 2], index: u64, stats: &mut PassStats) -> PixelRecord {
         let (mut walk, mut sampler) = self.start(pixel, index);
         self.finish(&mut walk, &mut sampler, &mut Bsdf::default(), None, stats);
-        let rgb = self.rgb(walk.radiance, &walk.lambda, stats);
+        let rgb = self.frame.rgb(walk.radiance, &walk.lambda, stats);
         PixelRecord { rgb, weight: walk.film_weight, ..PixelRecord::default() }
     }
 
@@ -150,23 +150,6 @@ impl<'a> Integrator<'a> {
             if !vertex.goes_on {
                 break;
             }
-        }
-    }
-
-    /// What the film gets of a path that has ended. Bad numbers count as black.
-    #[inline]
-    pub(super) fn rgb(
-        &self,
-        radiance: Spectrum,
-        lambda: &Wavelengths,
-        stats: &mut PassStats,
-    ) -> [f32; 3] {
-        let rgb = self.frame.sensor.rgb(radiance, lambda);
-        if rgb.iter().all(|v| v.is_finite()) {
-            self.frame.clamp(rgb)
-        } else {
-            stats.bad_samples += 1;
-            [0.0; 3]
         }
     }
 

@@ -296,7 +296,7 @@ impl<'a> Wave<'a> {
                 let walk = self.packs[last / LANES].get(last, moved, lambda);
                 self.packs[i / LANES].set(i, &walk);
             }
-            let rgb = integrator.rgb(radiance, &lambda, stats);
+            let rgb = integrator.frame().rgb(radiance, &lambda, stats);
             let record = PixelRecord { rgb, weight: place.film_weight, ..features };
             let (x, y) = (place.pixel % band.width(), place.pixel / band.width());
             band.add(x, y, &record);
@@ -317,7 +317,7 @@ pub(super) fn trace_alone(integrator: &Integrator, index: u64, band: &mut PixelB
         let mut record = PixelRecord::default();
         let features = band.wants_features().then_some(&mut record);
         integrator.finish(&mut walk, &mut sampler, &mut bsdf, features, &mut stats);
-        let rgb = integrator.rgb(walk.radiance, &walk.lambda, &mut stats);
+        let rgb = integrator.frame().rgb(walk.radiance, &walk.lambda, &mut stats);
         band.add(x, y, &PixelRecord { rgb, weight: walk.film_weight, ..record });
         let frame = integrator.frame();
         frame.add_bands(band, [x, y], walk.film_weight, walk.radiance, &walk.lambda);

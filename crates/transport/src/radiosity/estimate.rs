@@ -79,14 +79,7 @@ impl<'a> Estimator<'a> {
             }
             (ray, t_max) = (s.spawn(ray.d), f32::INFINITY);
         }
-        let rgb = frame.sensor.rgb(l * camera.weight, &lambda);
-        record.rgb = match rgb.iter().all(|v| v.is_finite()) {
-            true => frame.clamp(rgb),
-            false => {
-                stats.bad_samples += 1;
-                [0.0; 3]
-            }
-        };
+        record.rgb = frame.rgb(l * camera.weight, &lambda, stats);
         record
     }
 

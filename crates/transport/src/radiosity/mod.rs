@@ -26,7 +26,7 @@ use self::estimate::Estimator;
 use crate::frame::Frame;
 use crate::lights;
 use crate::method::{
-    Bias, Commit, CommitKind, LightMap, Method, MethodInfo, PassStats, RenderError, Schedule,
+    Bias, Commit, CommitKind, LightMap, Method, MethodInfo, RenderError, Schedule,
 };
 use crate::workers::Workers;
 use kaustika_film::accumulate::PassImage;
@@ -122,17 +122,13 @@ impl Method for Radiosity {
         };
         let lights = self.lights.as_ref().unwrap_or(&scene.light_selection);
         let estimator = Estimator { scene, frame, lights, solution, params: &self.params };
-        let rows = CHUNK.div_ceil(out.width()).max(1);
-        let bands = workers.bands(out, rows, Bsdf::default, |bsdf, band| {
-            let mut stats = PassStats::default();
-            for ([x, y], pixel) in frame.places(band) {
-                let features = band.wants_features();
-                let record = estimator.sample(pixel, index, features, bsdf, &mut stats);
-                band.add(x, y, &record);
-            }
-            stats
-        })?;
-        let stats = bands.into_iter().sum();
+        let stats = frame.sample_pixels(
+            out,
+            workers,
+            CHUNK,
+            Bsdf::default,
+            |bsdf, pixel, features, stats| estimator.sample(pixel, index, features, bsdf, stats),
+        )?;
         Ok(Commit { kind: CommitKind::Average, stats })
     }
 }

@@ -63,8 +63,10 @@ impl ShadowMap {
     }
 
     /// (1), for a point of a facet with this normal.
-    // Out of line: inlined into a loop over lanes it reads wrong texels (rustc 1.95 for AVX-512), as
-    // `light_and_shadows_are_those_of_rays` shows.
+    // Out of line, for a fault of LLVM 22.1 (rustc 1.95) on AVX-512: inlined into a loop over lanes, x and y lie in xmm20, and of
+    // the sign test of `clamp`, `vpmovd2m %xmm20, %k0; kmovd %k0, %r12d`, becomes `vmovmskps %xmm4, %r12d`, for an instruction
+    // that can't name registers above 15 (llvm/llvm-project#191304): x is 0 everywhere. It shows in
+    // `light_and_shadows_are_those_of_rays`; `scripts/extended_registers.py` looks for it in programs.
     #[inline(never)]
     pub fn shadows(&self, p: Vec3, n: Vec3) -> bool {
         let face = match self.faces.len() {

@@ -93,31 +93,8 @@ impl Stage {
 
     /// Replaces the camera.
     pub fn camera(&mut self, kind: CameraKind, transform: Transform, resolution: [u32; 2]) {
-        let film = FilmDesc {
-            resolution,
-            crop: None,
-            filter: FilterChoice::Box { radius: [0.5; 2] },
-            filename: None,
-            imaging_ratio: 1.0,
-            white_balance: None,
-            max_component: None,
-            aovs: Vec::new(),
-            bands: None,
-            gbuffer: None,
-        };
-        self.d.cameras = vec![CameraDesc {
-            name: String::new(),
-            kind,
-            transform,
-            motion: Vec::new(),
-            shutter: [0.0; 2],
-            medium: None,
-            film,
-            sampler: None,
-            spp: None,
-            seed: 0,
-            span: None,
-        }];
+        let film = FilmDesc::new(resolution, FilterChoice::Box { radius: [0.5; 2] });
+        self.d.cameras = vec![CameraDesc::new(kind, transform, film)];
     }
 
     pub fn material(&mut self, model: MaterialModel) -> MaterialId {
@@ -240,7 +217,7 @@ pub fn shape(geometry: GeometryDesc, transform: Transform, material: MaterialId)
 
 /// A pinhole camera; the field of view in degrees spans the width.
 pub fn pinhole(fov: f32) -> CameraKind {
-    thin_lens(fov, 0.0, 1.0)
+    CameraKind::pinhole(fov, FovAxis::X)
 }
 
 /// A camera with a lens.

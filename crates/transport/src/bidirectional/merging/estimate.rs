@@ -87,11 +87,7 @@ impl Found<'_, '_> {
     }
 
     fn add_to_picture(&mut self, l: Spectrum, lambda: &Wavelengths, stats: &mut PassStats) {
-        let c = self.frame.sensor.rgb(l, lambda);
-        match c.iter().all(|v| v.is_finite()) {
-            true => self.rgb.iter_mut().zip(c).for_each(|(sum, v)| *sum += v),
-            false => stats.bad_samples += 1,
-        }
+        self.frame.add(&mut self.rgb, l, lambda, stats);
     }
 }
 

@@ -21,6 +21,7 @@ use super::term::{FieldKind, Term};
 use crate::frame::Frame;
 use crate::method::{PassStats, RenderError};
 use crate::particle::photon_map::Past;
+use crate::particle::photon_map::cached::{CachedField, Caching};
 use crate::particle::photon_map::field::{PhotonField, Wanted};
 use crate::path_space::Chain;
 use crate::workers::Workers;
@@ -62,22 +63,35 @@ impl Plan {
     /// If no field knows just this class.
     pub(super) fn of(term: &Term, kind: FieldKind, at: usize) -> Result<Plan, String> {
         let mut why = String::new();
-        for (chain, once, between) in CHAINS {
+        for (chain, once, between) in CHAINS.into_iter().filter(|c| kind.knows(c.0)) {
             for (walked, w) in WALKS {
-                let pieces = pieces((once, between), w, at);
+                let mut pieces = pieces((once, between), w, at);
+                pieces.retain(|(past, _)| kind.keeps(*past));
                 match fit(&term.layer, &pieces) {
                     Ok(pasts) => return Ok(Plan { kind, at, walked, chain, pasts }),
                     Err(message) => why = message,
                 }
             }
         }
-        let classes: Vec<String> =
-            pieces(("S+", "S*"), "S*", at).into_iter().map(|(_, class)| class).collect();
-        let known = classes.join(", ");
+        let classes = pieces(("S+", "S*"), "S*", at).into_iter();
+        let classes = classes.filter(|(past, _)| kind.keeps(*past)).map(|(_, class)| class);
+        let known = classes.collect::<Vec<String>>().join(", ");
         Err(format!(
             "the term `{}`: {why}; a walk to such a field makes {known}, and S_M or nothing for S",
             term.text
         ))
+    }
+}
+
+impl FieldKind {
+    /// True if it may know light that went through this.
+    fn knows(self, chain: Chain) -> bool {
+        self != FieldKind::Cache || chain == Chain::ANY
+    }
+
+    /// True if it may know light with this past. What is cached changes slowly from place to place.
+    fn keeps(self, past: Past) -> bool {
+        self != FieldKind::Cache || past == Past::Reflected
     }
 }
 
@@ -122,8 +136,15 @@ fn fit(class: &PathLayer, pieces: &[(Past, String)]) -> Result<Vec<Past>, String
     Ok(pasts)
 }
 
-/// What is known of a light field before the first pass: its patches, if it is kept in patches.
-pub(super) struct Field(Option<Box<PatchField>>);
+/// What is known of a light field before the first pass.
+pub(super) enum Field {
+    /// Nothing: photons leave with every pass.
+    Photons,
+    /// Its patches.
+    Patches(Box<PatchField>),
+    /// How caches are made.
+    Cache(Box<Caching>),
+}
 
 /// A light field as a pass sees it.
 pub(super) enum LightField<'f> {
@@ -131,6 +152,8 @@ pub(super) enum LightField<'f> {
     Photons(PhotonField),
     /// Patches.
     Patches(&'f PatchField),
+    /// An irradiance cache of the pass.
+    Cache(CachedField<'f>),
 }
 
 impl Field {
@@ -144,38 +167,49 @@ impl Field {
         of: (&Scene, &Frame, &Lamps),
         workers: &Workers,
     ) -> Result<Field, RenderError> {
-        Ok(Field(match plan.kind {
-            FieldKind::Photons => None,
+        Ok(match plan.kind {
+            FieldKind::Photons => Field::Photons,
             FieldKind::Radiosity => {
-                Some(Box::new(PatchField::new(of, params, plan.chain, workers)?))
+                Field::Patches(Box::new(PatchField::new(of, params, plan.chain, workers)?))
             }
-        }))
+            FieldKind::Cache => {
+                let (scene, frame, _) = of;
+                Field::Cache(Box::new(Caching::new(params.caching(), scene, frame, workers)?))
+            }
+        })
     }
 
     /// The field in pass `index`.
     ///
     /// # Errors
     /// If cancelled.
-    pub(super) fn at_pass(
-        &self,
+    pub(super) fn at_pass<'f>(
+        &'f mut self,
         index: u64,
         plan: &Plan,
         params: &HybridParams,
-        (scene, frame, lamps): (&Scene, &Frame, &Lamps),
+        (scene, frame, lamps): (&'f Scene, &'f Frame, &Lamps),
         (workers, stats): (&Workers, &mut PassStats),
-    ) -> Result<LightField<'_>, RenderError> {
-        if let Some(patches) = &self.0 {
-            return Ok(LightField::Patches(patches));
-        }
-        let wanted = Wanted { pasts: &plan.pasts, chain: plan.chain, count: params.photons };
-        let (of, reading) = ((scene, frame), params.reading());
-        let photons = lamps.field(index, of, &wanted, &reading, workers, stats)?;
-        Ok(LightField::Photons(photons))
+    ) -> Result<LightField<'f>, RenderError> {
+        let of = (scene, frame);
+        Ok(match self {
+            Field::Patches(patches) => LightField::Patches(patches),
+            Field::Cache(caching) => LightField::Cache(caching.field(index, of, workers, stats)?),
+            Field::Photons => {
+                let (pasts, chain) = (&plan.pasts, plan.chain);
+                let wanted = Wanted { pasts, chain, count: params.photons };
+                let reading = params.reading();
+                LightField::Photons(lamps.field(index, of, &wanted, &reading, workers, stats)?)
+            }
+        })
     }
 
     /// Figures of it.
     pub(super) fn report(&self) -> Vec<(String, f64)> {
-        self.0.as_ref().map_or(Vec::new(), |patches| patches.report())
+        match self {
+            Field::Patches(patches) => patches.report(),
+            Field::Photons | Field::Cache(_) => Vec::new(),
+        }
     }
 }
 
@@ -213,6 +247,7 @@ mod tests {
                 &[Straight, Caustic, Reflected],
             ),
             ("radiosity@3:LD*DDDE", Chain::NONE, Lobes::NULL, &[Straight, Reflected]),
+            ("cache@1:L(D|S)*DS*DS*E", Chain::ANY, Lobes::SPECULAR, &[Reflected]),
         ] {
             let plan = plan(term).expect(term);
             assert_eq!(
@@ -230,6 +265,8 @@ mod tests {
             ("radiosity@2:LDE", "no such walk finds `LDE`"),
             ("photons@1:LSDS*E", "`LSDE`"),
             ("radiosity@1:LDDE", "is one light field"),
+            ("cache@1:LDE", "no such walk finds `LDE`"),
+            ("cache@2:L(D|S)*DS*DS*E", "no such walk finds `LDDE`"),
         ] {
             let error = plan(term).expect_err(term);
             assert!(error.contains(message), "{term}: {error}");

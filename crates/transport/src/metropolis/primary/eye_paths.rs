@@ -71,19 +71,14 @@ impl<'a> EyePaths<'a> {
         let counts = |depth: usize| (fewest..=most).contains(&depth);
         let shows = |depth: usize| counts(depth) && (depth > 0 || !self.settings.hide_emitters);
         let mut rgb = [0.0; 3];
-        let sensor = &frame.sensor;
         let tracks = &mut self.tracks;
         let mut add = |l: Spectrum, lambda: &Wavelengths, how: &Closing, stats: &mut PassStats| {
             if l.is_black() {
                 return;
             }
-            let c = sensor.rgb(l, lambda);
-            match c.iter().all(|v| v.is_finite()) {
-                true => rgb.iter_mut().zip(c).for_each(|(sum, v)| *sum += v),
-                false => stats.bad_samples += 1,
-            }
+            frame.add(&mut rgb, l, lambda, stats);
             if let Some(tracks) = tracks {
-                tracks.add(how, l, lambda, sensor);
+                tracks.add(how, l, lambda, &frame.sensor);
             }
         };
         for glow in eye.glows.iter().filter(|g| counts(g.depth)) {

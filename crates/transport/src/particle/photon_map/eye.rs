@@ -77,20 +77,14 @@ impl<'a> Eye<'a> {
         index: u64,
         out: &mut PassImage,
         workers: &Workers,
-        stats: &mut PassStats,
-    ) -> Result<(), RenderError> {
-        let rows = CHUNK.div_ceil(out.width()).max(1);
-        let bands = workers.bands(out, rows, Room::default, |room, band| {
-            let mut stats = PassStats::default();
-            let features = band.wants_features();
-            for ([x, y], pixel) in self.frame.places(band) {
-                let record = self.sample(pixel, index, features, room, &mut stats);
-                band.add(x, y, &record);
-            }
-            stats
-        })?;
-        *stats += bands.into_iter().sum();
-        Ok(())
+    ) -> Result<PassStats, RenderError> {
+        self.frame.sample_pixels(
+            out,
+            workers,
+            CHUNK,
+            Room::default,
+            |room, pixel, features, stats| self.sample(pixel, index, features, room, stats),
+        )
     }
 
     /// One sample of one pixel.
@@ -202,10 +196,7 @@ impl<'a> Eye<'a> {
             (ray, t_max) = (surface.spawn(s.wi), f32::INFINITY);
         }
         room.bsdf = bsdf;
-        let rgb = frame.sensor.rgb(radiance, &self.lambda);
-        let ok = rgb.iter().all(|v| v.is_finite());
-        stats.bad_samples += u64::from(!ok);
-        let rgb = if ok { frame.clamp(rgb) } else { [0.0; 3] };
+        let rgb = frame.rgb(radiance, &self.lambda, stats);
         PixelRecord { rgb, weight: film.weight, ..record }
     }
 
@@ -238,7 +229,7 @@ impl<'a> Eye<'a> {
     }
 
     /// The multiple diffuse term from the irradiance cache, if that knows it.
-    fn cached(&self, at: &Place, depth: u32) -> Option<Spectrum> {
+    pub(super) fn cached(&self, at: &Place, depth: u32) -> Option<Spectrum> {
         let cache = self.maps.cache.as_ref()?;
         // Records count bounces from what is seen directly.
         if depth > 0 && (self.max_depth < u32::MAX || self.only_depth.is_some()) {

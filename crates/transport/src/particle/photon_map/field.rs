@@ -25,7 +25,7 @@ use kaustika_scene::{Scene, Surface};
 use kaustika_spectra::{Spectrum, Wavelengths};
 
 /// Roughness from which on glossy surfaces are matte: none is.
-const NEVER: f32 = f32::INFINITY;
+pub(super) const NEVER: f32 = f32::INFINITY;
 
 /// How photons leave the lights of a scene.
 #[derive(Debug)]

@@ -6,6 +6,7 @@
 //! going on, and all else by rays that read the map where they end. The error of a pass is smooth,
 //! and no noise; radii shrink from pass to pass, so that pictures converge.
 
+pub mod cached;
 mod credits;
 mod emission;
 mod estimate;
@@ -221,7 +222,7 @@ impl Method for PhotonMapper {
             maps.cache = Some(eye.overture(first, error, workers, &mut stats)?);
         }
         let eye = self.eye(first, scene, frame, &maps);
-        eye.look(index, out, workers, &mut stats)?;
+        stats += eye.look(index, out, workers)?;
         self.maps = Some((first, maps));
         Ok(Commit { kind: CommitKind::Average, stats })
     }

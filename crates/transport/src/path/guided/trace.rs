@@ -199,7 +199,7 @@ impl<'a> Forest<'a> {
             let (x, y) = (pixel % band.width(), pixel / band.width());
             let radiance = tree.walk.beta * root.value();
             let lambda = &tree.walk.lambda;
-            let rgb = integrator.rgb(radiance, lambda, &mut harvest.stats);
+            let rgb = integrator.frame().rgb(radiance, lambda, &mut harvest.stats);
             let weight = tree.walk.film_weight;
             band.add(x, y, &PixelRecord { rgb, weight, ..tree.record });
             integrator.frame().add_bands(band, [x, y], weight, radiance, lambda);

@@ -192,11 +192,7 @@ impl<'a> Estimator<'a> {
         let mut record = PixelRecord::default();
         let mut rgb = [0.0; 3];
         let mut add = |l: Spectrum, lambda: &Wavelengths, stats: &mut PassStats| {
-            let c = frame.sensor.rgb(l, lambda);
-            match c.iter().all(|v| v.is_finite()) {
-                true => rgb.iter_mut().zip(c).for_each(|(sum, v)| *sum += v),
-                false => stats.bad_samples += 1,
-            }
+            frame.add(&mut rgb, l, lambda, stats);
         };
         for (i, z) in eye.iter().enumerate() {
             if let (0, true) = (i, features) {

@@ -99,17 +99,13 @@ impl Method for Backward {
         let estimator = self.estimator(index, scene, frame);
         let mut stats = PassStats::default();
         let maps = estimator.maps(workers, &mut stats)?;
-        let rows = CHUNK.div_ceil(out.width()).max(1);
-        let bands = workers.bands(out, rows, Subpath::default, |eye, band| {
-            let mut stats = PassStats::default();
-            for ([x, y], pixel) in frame.places(band) {
-                let features = band.wants_features();
-                let record = estimator.sample(pixel, features, &maps, eye, &mut stats);
-                band.add(x, y, &record);
-            }
-            stats
-        })?;
-        stats += bands.into_iter().sum();
+        stats += frame.sample_pixels(
+            out,
+            workers,
+            CHUNK,
+            Subpath::default,
+            |eye, pixel, features, stats| estimator.sample(pixel, features, &maps, eye, stats),
+        )?;
         Ok(Commit { kind: CommitKind::Average, stats })
     }
 }

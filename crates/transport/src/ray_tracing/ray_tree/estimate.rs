@@ -357,10 +357,6 @@ impl<'a> Estimator<'a> {
         if l.is_black() {
             return;
         }
-        let rgb = self.frame.sensor.rgb(l, lambda);
-        match rgb.iter().all(|v| v.is_finite()) {
-            true => room.record.rgb.iter_mut().zip(rgb).for_each(|(sum, v)| *sum += v),
-            false => stats.bad_samples += 1,
-        }
+        self.frame.add(&mut room.record.rgb, l, lambda, stats);
     }
 }

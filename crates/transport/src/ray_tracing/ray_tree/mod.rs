@@ -13,9 +13,7 @@ pub use params::{
 use self::estimate::{Asked, Estimator, Room};
 use crate::frame::Frame;
 use crate::lights;
-use crate::method::{
-    Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule,
-};
+use crate::method::{Bias, Commit, CommitKind, Method, MethodInfo, RenderError, Schedule};
 use crate::path_space::needs_lens;
 use crate::workers::Workers;
 use kaustika_film::accumulate::PassImage;
@@ -113,17 +111,13 @@ impl Method for RayTree {
         workers: &Workers,
     ) -> Result<Commit, RenderError> {
         let estimator = Estimator::new(scene, frame, &self.params, self.asked(scene));
-        let rows = CHUNK.div_ceil(out.width()).max(1);
-        let bands = workers.bands(out, rows, Room::default, |room, band| {
-            let mut stats = PassStats::default();
-            for ([x, y], pixel) in frame.places(band) {
-                let features = band.wants_features();
-                let record = estimator.sample(pixel, index, features, room, &mut stats);
-                band.add(x, y, &record);
-            }
-            stats
-        })?;
-        let stats = bands.into_iter().sum();
+        let stats = frame.sample_pixels(
+            out,
+            workers,
+            CHUNK,
+            Room::default,
+            |room, pixel, features, stats| estimator.sample(pixel, index, features, room, stats),
+        )?;
         Ok(Commit { kind: CommitKind::Average, stats })
     }
 }

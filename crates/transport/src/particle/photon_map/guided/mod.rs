@@ -288,7 +288,8 @@ impl Method for GuidedPhotonMapper {
         let mut look = |maps: &Maps, measurements: &[f32], out: &mut PassImage| {
             let mut eye = self.plain.eye(index, scene, frame, maps);
             eye.measurements = measurements;
-            eye.look(index, out, workers, &mut stats)
+            stats += eye.look(index, out, workers)?;
+            Ok::<(), RenderError>(())
         };
         let kind = CommitKind::Weighted(self.weight);
         if !learns {
