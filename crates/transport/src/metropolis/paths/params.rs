@@ -222,7 +222,7 @@ pub fn parameters() -> Vec<Parameter> {
     list.push(Parameter {
         key: "mutations",
         default: "all".into(),
-        help: "kinds of mutations: bidirectional, lens, caustic, multichain, subpath, with + between them, or all; without bidirectional parts may be left out",
+        help: "kinds of mutations: bidirectional, lens, caustic, multichain, subpath, inner, manifold, with + between them, or all; without bidirectional parts may be left out",
     });
     list
 }
@@ -240,7 +240,7 @@ pub fn erpt_parameters() -> Vec<Parameter> {
     list.push(Parameter {
         key: "mutations",
         default: "lens+caustic+multichain".into(),
-        help: "kinds of mutations: bidirectional, lens, caustic, multichain, subpath, with + between them, or all",
+        help: "kinds of mutations: bidirectional, lens, caustic, multichain, subpath, inner, manifold, with + between them, or all",
     });
     list
 }
