@@ -70,7 +70,7 @@ impl Move {
     }
 
     /// True if a is on the eye's side of b.
-    fn from_eye(self) -> bool {
+    fn goes_from_eye(self) -> bool {
         self.a > self.b as isize
     }
 
@@ -141,7 +141,7 @@ fn move_b<'a>(
         ray = y.sensed.ray;
     } else {
         let theta = between(ANGLES, draws);
-        ray = match (usize::try_from(m.a), m.from_eye()) {
+        ray = match (usize::try_from(m.a), m.goes_from_eye()) {
             (Ok(a), true) => x.turns[a].node.surface.spawn(turned(-x.to_eye(a - 1), theta, draws)),
             (Ok(a), false) => {
                 mode = Mode::Importance;
@@ -154,7 +154,7 @@ fn move_b<'a>(
             }
         };
     }
-    match m.from_eye() {
+    match m.goes_from_eye() {
         true => {
             follow(tracer, x, (ray, t_max), (m.b..m.a as usize).rev(), mode, lambda, &mut y.turns)
         }
@@ -299,7 +299,7 @@ fn density(tracer: &Tracer, path: &Path, m: Move) -> Option<f64> {
     let p = |i: usize| path.turns[i].node.p();
     let mut t = 1.0;
     // (3)
-    match m.from_eye() {
+    match m.goes_from_eye() {
         true => {
             for i in m.b..(m.a as usize).min(n - 1) {
                 t *= g(i, p(i + 1));
