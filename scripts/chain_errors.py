@@ -2,13 +2,13 @@
 """Are the errors that Metropolis methods report true? (run by hand)
 
     scripts/chain_errors.py SCENE METHOD[:KEY=VALUE[,KEY=VALUE]...]... [--reference FILE.exr] [--seeds 10] [--spp 100]
-        [--resolution 80x64] [-p KEY=VALUE]... [--kaustika PROGRAM]
+        [--resolution 80x64] [-p KEY=VALUE]... [--rgb] [--kaustika PROGRAM]
 
 Every method renders with seeds 1, 2, .... Over tiles of 16 x 16 pixels and seeds, of green:
 
     chi2 = Σ ((x - mean over seeds) / reported)² / ((seeds - 1) tiles)
 
-`reported` is the layer TileError. About 15/13 is right for errors from 16 groups, and 0.7 to 1.4 is accepted. bias: the same of the mean over
+`reported` is the layer TileError; of `erpt`, whose passes are independent, it comes from sixteen shares of them. About 15/13 is right for errors from 16 groups, and 0.7 to 1.4 is accepted. bias: the same of the mean over
 seeds against the reference, whose own error comes from its layer StdError (independent pixels), a degree of freedom, with the number of
 tiles and the p-value. warned: how many renders told that chains keep to parts of the picture. Runs in a Python with numpy and OpenImageIO.
 """
@@ -23,6 +23,7 @@ import OpenImageIO as oiio
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 SIDE = 16
+SHARES = 16
 
 
 def layers(path):
@@ -51,6 +52,35 @@ def chi_square_tail(x, n):
     return 0.5 * math.erfc(z / math.sqrt(2))
 
 
+class Program:
+    """Renders a scene by a method."""
+
+    def __init__(self, args, method, folder):
+        name, _, own = method.partition(":")
+        self.out = os.path.join(folder, "x.exr")
+        self.command = [args.kaustika, "render", args.scene, "-m", name, "--spp", str(args.spp), "--resolution", args.resolution,
+                        "--threads", str(args.threads), "-o", self.out, *["--rgb"] * args.rgb]
+        for p in args.parameters + [p for p in own.split(",") if p]:
+            self.command += ["-p", p]
+
+    def layers(self, *extra):
+        """The picture's layers, and whether the render warned."""
+        done = subprocess.run([*self.command, *extra], capture_output=True, text=True)
+        if done.returncode:
+            raise SystemExit(done.stderr)
+        return layers(self.out), "warning: chains keep" in done.stderr
+
+    def tiles(self, seed, spp):
+        """Means and errors of tiles, and whether the render warned."""
+        if "erpt" in self.command:
+            edges = [spp * i // SHARES for i in range(SHARES + 1)]
+            parts = [self.layers("--seed", str(seed), "--passes", f"{a}..{b}")[0] for a, b in zip(edges, edges[1:])]
+            means = np.array([tiles(p["G"]) for p in parts])
+            return means.mean(0), means.std(0, ddof=1) / math.sqrt(SHARES), False
+        picture, warned = self.layers("--seed", str(seed))
+        return tiles(picture["G"]), tiles(picture["TileError.G"]), warned
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scene")
@@ -61,27 +91,19 @@ def main():
     parser.add_argument("--resolution", default="80x64")
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("-p", dest="parameters", action="append", default=[])
+    parser.add_argument("--rgb", action="store_true")
     parser.add_argument("--kaustika", default=os.path.join(HERE, "../target/release/kaustika"))
     args = parser.parse_args()
     print(f"{'method':44s} {'chi2':>6s} {'bias':>6s} {'p':>8s} {'tiles':>6s} {'warned':>7s}")
     for method in args.methods:
-        name, _, own = method.partition(":")
-        parameters = args.parameters + [p for p in own.split(",") if p]
         means, errors, warned = [], [], 0
         with tempfile.TemporaryDirectory() as folder:
+            program = Program(args, method, folder)
             for seed in range(1, args.seeds + 1):
-                out = os.path.join(folder, "x.exr")
-                command = [args.kaustika, "render", args.scene, "-m", name, "--spp", str(args.spp), "--seed", str(seed),
-                           "--resolution", args.resolution, "--threads", str(args.threads), "-o", out]
-                for p in parameters:
-                    command += ["-p", p]
-                done = subprocess.run(command, capture_output=True, text=True)
-                if done.returncode:
-                    raise SystemExit(done.stderr)
-                warned += "warning: chains keep" in done.stderr
-                picture = layers(out)
-                means.append(tiles(picture["G"]))
-                errors.append(tiles(picture["TileError.G"]))
+                mean, error, told = program.tiles(seed, args.spp)
+                means.append(mean)
+                errors.append(error)
+                warned += told
         x, e = np.array(means), np.array(errors)
         lit = (e > 0).all(0)
         chi = (((x - x.mean(0)) / np.where(e > 0, e, 1)) ** 2)[:, lit].sum() / ((args.seeds - 1) * lit.sum())

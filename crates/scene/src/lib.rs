@@ -9,6 +9,7 @@ pub mod bsdf;
 mod build;
 mod camera;
 mod chart;
+mod curvature;
 pub mod description;
 mod displace;
 mod error;

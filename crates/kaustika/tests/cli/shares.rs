@@ -39,7 +39,7 @@ fn every_method_gives_the_same_bits_on_any_threads_and_in_shares() {
 #[test]
 fn chains_go_on_where_they_stopped_on_any_threads() {
     let p = Place::new();
-    for method in ["pssmlt --layer direct", "mmlt --layer direct", "mlt"] {
+    for method in ["pssmlt --layer direct", "mmlt --layer direct", "mlt --layer direct"] {
         let common = format!(
             "render ball.pbrt -q --sampler sobol --filter gaussian --aov depth -p bootstrap=2000 -m {method}"
         );

@@ -79,6 +79,12 @@ pub fn scalar(splats: &[Splat]) -> f64 {
     splats.iter().filter(|s| s.layer.is_none()).map(|s| modulus(s.rgb)).sum()
 }
 
+/// Where a state leaves most light on the picture itself.
+pub fn brightest(splats: &[Splat]) -> Option<&Splat> {
+    let of_picture = splats.iter().filter(|s| s.layer.is_none());
+    of_picture.max_by(|a, b| modulus(a.rgb).total_cmp(&modulus(b.rgb)))
+}
+
 /// Σ lum |c|.
 pub fn modulus(rgb: [f32; 3]) -> f64 {
     let [r, g, b] = rgb.map(|v| f64::from(v.abs()));
@@ -111,14 +117,14 @@ pub struct Schedule {
 }
 
 impl Schedule {
-    /// At most `most` chains, and together a step or a little more for each pixel.
-    pub fn new(frame: &Frame, most: u32) -> Schedule {
+    /// At most `most` chains, and together so many steps or a little more for each pixel.
+    pub fn new(frame: &Frame, most: u32, a_pixel: u32) -> Schedule {
         let [w, h] = frame.size().map(u64::from);
         let pixels = (w * h).max(1);
         let chains = u64::from(most).min(pixels).max(1);
         let groups = chains.min(GROUPS);
         let chains = chains / groups * groups;
-        let steps = pixels.div_ceil(chains);
+        let steps = (pixels * u64::from(a_pixel)).div_ceil(chains);
         Schedule { groups: groups as usize, chains: chains as usize, steps }
     }
 

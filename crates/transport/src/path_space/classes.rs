@@ -7,12 +7,15 @@
 use super::{Subpath, Vertex};
 use kaustika_film::path_expression::{Back, Event, Front, Kind, PathClasses, Source, Way};
 use kaustika_math::Vec3;
-use kaustika_scene::bsdf::{Lobes, Mode};
+use kaustika_scene::bsdf::{Bsdf, Lobes, Mode};
 use kaustika_scene::{Light, LightId, Scene};
 use kaustika_spectra::{Sensor, Spectrum, Wavelengths};
 
 /// Parts of what a subpath carries, by class; they add up to 1 but for those that no layer wants.
 type Mix<S> = Vec<(S, Spectrum)>;
+
+/// How a vertex scatters, by kind, in parts of the whole.
+pub type Kinds = Vec<(Event, Spectrum)>;
 
 /// How a path was closed. Numbers are those of the vertices that the sides end with.
 #[derive(Clone, Copy, Debug)]
@@ -151,6 +154,22 @@ impl<'f> Tracks<'f> {
         }
     }
 
+    /// Calls `each` with the layers of a whole path from a light, and the part of it that is theirs; of its
+    /// vertices, from the eye on, the kinds in which they scatter.
+    pub fn each_of_path(
+        &self,
+        id: LightId,
+        vertices: impl Iterator<Item = Kinds>,
+        each: impl FnMut(usize, Spectrum),
+    ) {
+        let step = |front, event| Some(self.classes.onward(front, event)).filter(|f| !f.is_dead());
+        let mut front = vec![(self.classes.camera(), Spectrum::ONE)];
+        for kinds in vertices {
+            front = advance(&front, &kinds, step);
+        }
+        self.meet(&front, &[(self.lights[id.0 as usize], Spectrum::ONE)], each);
+    }
+
     fn front_beyond(&self, i: usize, z: &Vertex, wi: Vec3) -> Mix<Front> {
         let step = |front, event| Some(self.classes.onward(front, event)).filter(|f| !f.is_dead());
         advance(&self.fronts[i], &parts(z, wi, Mode::Radiance), step)
@@ -214,8 +233,7 @@ fn follow<S: Copy + PartialEq>(
             None => Vec::new(),
             Some(_) if v.straight => mixes[k].clone(),
             Some((ray, _)) if v.delta => {
-                let event = Event::Surface(way(v, ray.d), Kind::Singular);
-                advance(&mixes[k], &[(event, Spectrum::ONE)], &step)
+                advance(&mixes[k], &turning(v.surface.ng, (v.wo, ray.d)), &step)
             }
             Some((ray, _)) => advance(&mixes[k], &parts(v, ray.d, mode), &step),
         };
@@ -243,22 +261,31 @@ fn advance<S: Copy + PartialEq>(
     next
 }
 
-/// How a vertex scatters from `wo` to `wi`, by kind, in parts of the whole.
-fn parts(v: &Vertex, wi: Vec3, mode: Mode) -> Vec<(Event, Spectrum)> {
-    if v.inside.is_some() {
-        return vec![(Event::Volume, Spectrum::ONE)];
+/// How a vertex scatters from `wo` to `wi`.
+fn parts(v: &Vertex, wi: Vec3, mode: Mode) -> Kinds {
+    match v.inside {
+        Some(_) => vec![(Event::Volume, Spectrum::ONE)],
+        None => scattering(&v.bsdf, v.surface.ng, (v.wo, wi), mode),
     }
-    let way = way(v, wi);
-    let f = v.bsdf.eval(v.wo, wi, mode, Lobes::ALL);
-    let diffuse = v.bsdf.eval(v.wo, wi, mode, Lobes::DIFFUSE);
+}
+
+/// How a surface with a Dirac lobe turns light.
+pub fn turning(ng: Vec3, (wo, wi): (Vec3, Vec3)) -> Kinds {
+    vec![(Event::Surface(way(ng, wo, wi), Kind::Singular), Spectrum::ONE)]
+}
+
+/// How a surface scatters from `wo` to `wi`.
+pub fn scattering(bsdf: &Bsdf, ng: Vec3, (wo, wi): (Vec3, Vec3), mode: Mode) -> Kinds {
+    let way = way(ng, wo, wi);
+    let f = bsdf.eval(wo, wi, mode, Lobes::ALL);
+    let diffuse = bsdf.eval(wo, wi, mode, Lobes::DIFFUSE);
     let diffuse = diffuse.safe_div(f).clamp(0.0, 1.0);
     let event = |kind| Event::Surface(way, kind);
     vec![(event(Kind::Diffuse), diffuse), (event(Kind::Glossy), Spectrum::ONE - diffuse)]
 }
 
-fn way(v: &Vertex, wi: Vec3) -> Way {
-    let ng = v.surface.ng;
-    match ng.dot(v.wo) * ng.dot(wi) > 0.0 {
+fn way(ng: Vec3, wo: Vec3, wi: Vec3) -> Way {
+    match ng.dot(wo) * ng.dot(wi) > 0.0 {
         true => Way::Reflection,
         false => Way::Transmission,
     }

@@ -33,7 +33,7 @@ mod vertex;
 
 pub use camera_end::{CameraEnd, needs_lens};
 pub use chain::Chain;
-pub use classes::{Closing, Tracks};
+pub use classes::{Closing, Kinds, Tracks, scattering, turning};
 pub use connections::{Connection, Joined, LensConnection, join, to_lens};
 pub use direct::Direct;
 pub use light_end::{LightEnd, emission_table};

@@ -73,7 +73,7 @@ const PARTITION: [&str; 6] = ["C.", "C<RD>.", "C<RD>.{2,}", "C<R[GS]>.+", "C<T.>
 #[test]
 fn classes_that_part_the_paths_add_up_to_the_picture() {
     let scene = all_kinds().build();
-    for method in ["path", "bdpt", "vcm", "vpl"] {
+    for method in ["path", "bdpt", "vcm", "vpl", "mlt", "erpt"] {
         let p = json!({"max_depth": 5});
         let l = layers(&scene, method, p, &PARTITION, 6, 3000);
         let sum: f64 = l[1..].iter().map(RunningMean::mean).sum();
@@ -110,6 +110,12 @@ fn methods_agree_layer_by_layer() {
         let one = layers(&scene, "vcm", p.clone(), &expressions, 20, 3020 + k);
         vcm.iter_mut().zip(one).for_each(|(all, one)| all.push(one.mean()));
     }
+    let p = json!({"max_depth": 4, "chains": 96, "bootstrap": 20_000, "brightness_error": 1.0});
+    let mut mlt = vec![RunningMean::new(); expressions.len() + 1];
+    for k in 0..10 {
+        let one = layers(&scene, "mlt", p.clone(), &expressions, 30, 3030 + k);
+        mlt.iter_mut().zip(one).for_each(|(all, one)| all.push(one.mean()));
+    }
     let p = json!({"max_depth": 4, "paths": 8});
     let vpl = layers(&scene, "vpl", p, &expressions, 800, 3012);
     for (i, path) in path.iter().enumerate() {
@@ -118,6 +124,7 @@ fn methods_agree_layer_by_layer() {
         same(&format!("bdpt, {what}"), &bdpt[i], path);
         same(&format!("vpl, {what}"), &vpl[i], path);
         same(&format!("vcm, {what}"), &vcm[i], path);
+        same(&format!("mlt, {what}"), &mlt[i], path);
     }
 }
 

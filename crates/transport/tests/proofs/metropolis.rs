@@ -193,6 +193,8 @@ fn path_space_agrees_with_bdpt() {
         json!({"max_depth": 4, "mutations": "caustic", "direct": "together"}),
         json!({"max_depth": 4, "mutations": "multichain"}),
         json!({"max_depth": 4, "mutations": "subpath"}),
+        json!({"max_depth": 4, "mutations": "inner"}),
+        json!({"max_depth": 4, "mutations": "manifold"}),
         json!({"max_depth": 4, "mutations": "lens+caustic+multichain", "direct": "together"}),
     ];
     for (i, p) in cases.into_iter().enumerate() {

@@ -8,8 +8,7 @@
 //! f(x) T(x→y) ∝ f(x) p_d p_e Σ_s p(s) q_s(y)               s over all ways to make them  (3)
 //! ```
 //!
-//! The densities of what is kept are the same in both directions and cancel. From nothing (a = b = 0)
-//! it makes the starts of chains: W = f(y) / (p Σ_s p(s) q_s(y)) (4).
+//! The densities of what is kept are the same in both directions and cancel.
 
 use super::mutation::Proposal;
 use super::path::{Path, Sensed, Source, Turn, toward};
@@ -124,19 +123,6 @@ impl Cut {
     }
 }
 
-/// A path from nothing, of n inner vertices by chance, and its weight (4).
-pub(super) fn whole<'a>(
-    tracer: &mut Tracer<'a>,
-    lengths: Lengths,
-    draws: &mut Draws,
-) -> Option<(Path<'a>, f64)> {
-    let cut = Cut::NOTHING;
-    let n = cut.choose_added(0, lengths, draws)?;
-    let path = grow(tracer, None, cut, n, draws)?;
-    let weight = path.f / (cut.p_added(0, n, lengths) * cut.density(&path));
-    Some((path, weight))
-}
-
 /// The mutation of x.
 pub(super) fn propose<'a>(
     tracer: &mut Tracer<'a>,
@@ -147,7 +133,7 @@ pub(super) fn propose<'a>(
     let n = x.len();
     let cut = Cut::choose(n, draws);
     let e = cut.choose_added(n, lengths, draws)?;
-    let y = grow(tracer, Some(x), cut, e, draws)?;
+    let y = grow(tracer, x, cut, e, draws)?;
     let flow = |x: &Path, y: &Path| {
         let (n, e) = (x.len(), y.len() - cut.a - cut.b);
         x.f * cut.probability(n) * cut.p_added(n, e, lengths) * cut.density(y) // (3)
@@ -159,16 +145,16 @@ pub(super) fn propose<'a>(
 /// Keeps what `cut` says of x, and makes `e` inner vertices and the ends that are missing.
 fn grow<'a>(
     tracer: &mut Tracer<'a>,
-    x: Option<&Path<'a>>,
+    x: &Path<'a>,
     cut: Cut,
     e: usize,
     draws: &mut Draws,
 ) -> Option<Path<'a>> {
     let Cut { a, b } = cut;
     let n = a + b + e;
-    let (u_lambda, time) = match x.filter(|_| cut != Cut::NOTHING) {
-        Some(x) => (x.u_lambda, x.time),
-        None => (draws.f32(), draws.f32()),
+    let (u_lambda, time) = match cut == Cut::NOTHING {
+        false => (x.u_lambda, x.time),
+        true => (draws.f32(), draws.f32()),
     };
     let lambda = Wavelengths::sample_for(tracer.scene.mode, u_lambda);
     let [fewest, most] = cut.splits(n);
@@ -178,7 +164,7 @@ fn grow<'a>(
     let mut source = None;
     let mut turns: Vec<Turn> = Vec::with_capacity(n);
     let of_light = s.saturating_sub(1);
-    if let Some(x) = x.filter(|_| a > 0) {
+    if a > 0 {
         source = Some(x.source);
         turns.extend_from_slice(&x.turns[..a]);
         turns[a - 1].dirac = None;
@@ -201,7 +187,7 @@ fn grow<'a>(
     let of_eye = n - turns.len();
     let mut sensed = None;
     let mut eye: Vec<Turn> = Vec::with_capacity(of_eye);
-    if let Some(x) = x.filter(|_| b > 0) {
+    if b > 0 {
         sensed = Some(x.sensed);
         eye.extend(x.turns[x.len() - b..].iter().rev().cloned());
         eye[b - 1].dirac = None;

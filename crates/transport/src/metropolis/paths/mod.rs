@@ -5,13 +5,17 @@
 //! or to the light through a gap.
 
 mod bidirectional;
+mod candidates;
 mod erpt;
+mod inner;
 mod kept;
 mod lens_subpath;
+mod manifold;
 mod mutation;
 mod params;
 mod path;
 mod perturbation;
+mod specular;
 #[cfg(test)]
 mod tests;
 mod tracer;
@@ -32,7 +36,7 @@ use crate::lights;
 use crate::method::{
     Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule as Passes, Trust,
 };
-use crate::path_space::{Splat, emission_table, needs_lens};
+use crate::path_space::{Splat, Tracks, emission_table, needs_lens};
 use crate::workers::Workers;
 use kaustika_film::accumulate::PassImage;
 use kaustika_scene::{LightSelection, Scene};
@@ -41,14 +45,14 @@ use std::io::{self, Read, Write};
 /// What Metropolis light transport in path space is.
 pub static INFO: MethodInfo = MethodInfo {
     name: "mlt",
-    summary: "Metropolis light transport: mutations of whole paths, bidirectional, lens, caustic and multi-chain",
+    summary: "Metropolis light transport: mutations of whole paths: bidirectional, lens, caustic, multi-chain, lens subpath, inner and manifold",
     path_class: "L(D|S)*E",
     misses: "caustics of lights without extent that are seen through mirrors or clear glass alone; light of beams; paths of more than 64 bounces",
     bias: Bias::Unbiased,
     media: false,
-    layers: false,
+    layers: true,
     schedule: Passes::Sequential,
-    one_spp: "one mutation a pixel (rounded up to whole chains), and a sample of direct light",
+    one_spp: "`steps` mutations a pixel (rounded up to whole chains), and a sample of direct light",
     source: "Veach & Guibas 1997; Veach 1997, ch. 11",
 };
 
@@ -106,7 +110,8 @@ impl Mlt {
         let measure =
             Measure { scene, lights, sensor: &frame.sensor, area: field.area(), pixels: w * h };
         let (emission, stats) = (&self.emission, PassStats::default());
-        Tracer { scene, lights, emission, measure, field, stats }
+        let tracks = frame.paths.as_ref().map(|classes| Tracks::new(classes, scene));
+        Tracer { scene, lights, emission, measure, field, tracks, stats }
     }
 }
 
@@ -136,7 +141,7 @@ impl Method for Mlt {
         self.learn(scene, frame, workers)?;
         let Some(lengths) = self.params.lengths() else { return Ok(()) };
         let seed = frame.sampler.config().seed;
-        let schedule = Schedule::new(frame, self.params.chains);
+        let schedule = Schedule::new(frame, self.params.chains, self.params.steps);
         let mut stats = PassStats::default();
         let mut find = |count: &[u64], seed: u64| {
             let weigh = |tracer: &mut Tracer, start: Start, _: &mut PassStats| {
@@ -177,7 +182,7 @@ impl Method for Mlt {
     ) -> Result<Commit, RenderError> {
         let mut stats = self.separate(index, (scene, frame), out, workers)?;
         if let Some(lengths) = self.params.lengths() {
-            let schedule = Schedule::new(frame, self.params.chains);
+            let schedule = Schedule::new(frame, self.params.chains, self.params.steps);
             let room = || self.tracer(scene, frame);
             let how = (&self.params.mutations[..], lengths);
             let step = |tracer: &mut Tracer, walk: &mut Walk, unit, out: &mut Vec<Splat>| {

@@ -22,16 +22,22 @@ pub enum Mutation {
     MultiChain,
     /// The eye's end is made anew, from anywhere on the film.
     LensSubpath,
+    /// An inner vertex moves.
+    Inner,
+    /// A vertex moves, and what is clear or mirrors beside it follows.
+    Manifold,
 }
 
 impl Mutation {
     /// All of them.
-    pub const ALL: [Mutation; 5] = [
+    pub const ALL: [Mutation; 7] = [
         Mutation::Bidirectional,
         Mutation::Lens,
         Mutation::Caustic,
         Mutation::MultiChain,
         Mutation::LensSubpath,
+        Mutation::Inner,
+        Mutation::Manifold,
     ];
 
     /// As parameters name it.
@@ -42,6 +48,8 @@ impl Mutation {
             Mutation::Caustic => "caustic",
             Mutation::MultiChain => "multichain",
             Mutation::LensSubpath => "subpath",
+            Mutation::Inner => "inner",
+            Mutation::Manifold => "manifold",
         }
     }
 }
@@ -66,6 +74,9 @@ pub struct PathParams {
     /// Chains, at most one a pixel.
     #[serde(deserialize_with = "crate::registry::count")]
     pub chains: u32,
+    /// Steps a pixel in each pass.
+    #[serde(deserialize_with = "crate::registry::count")]
+    pub steps: u32,
     /// Candidates for their starts.
     #[serde(deserialize_with = "crate::registry::count")]
     pub bootstrap: u32,
@@ -138,8 +149,9 @@ impl Default for PathParams {
             hide_emitters: false,
             direct: Direct::Separate,
             chains: 512,
+            steps: 4,
             bootstrap: 1 << 16,
-            brightness_error: 0.02,
+            brightness_error: 0.03,
             startup: Startup::Resample,
             discard: 0,
             mutations: Mutation::ALL.to_vec(),
@@ -204,10 +216,13 @@ pub fn parameters() -> Vec<Parameter> {
     let only_primary = ["large_step", "small_step", "adapt"];
     let mut list = common();
     list.retain(|p| !only_primary.contains(&p.key));
+    for p in list.iter_mut().filter(|p| p.key == "steps") {
+        p.default = PathParams::default().steps.to_string();
+    }
     list.push(Parameter {
         key: "mutations",
         default: "all".into(),
-        help: "kinds of mutations: bidirectional, lens, caustic, multichain, subpath, with + between them, or all; without bidirectional parts may be left out",
+        help: "kinds of mutations: bidirectional, lens, caustic, multichain, subpath, inner, manifold, with + between them, or all; without bidirectional parts may be left out",
     });
     list
 }
@@ -225,7 +240,7 @@ pub fn erpt_parameters() -> Vec<Parameter> {
     list.push(Parameter {
         key: "mutations",
         default: "lens+caustic+multichain".into(),
-        help: "kinds of mutations: bidirectional, lens, caustic, multichain, subpath, with + between them, or all",
+        help: "kinds of mutations: bidirectional, lens, caustic, multichain, subpath, inner, manifold, with + between them, or all",
     });
     list
 }

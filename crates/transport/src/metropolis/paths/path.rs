@@ -14,7 +14,7 @@
 //! is what they do not have alike from both sides, where f̂ in importance and radiance differ.
 
 use crate::metropolis::film::modulus;
-use crate::path_space::{CameraEnd, LightEnd, solid_angle_to_area};
+use crate::path_space::{CameraEnd, LightEnd, Tracks, scattering, solid_angle_to_area, turning};
 use kaustika_math::{Ray, Vec2, Vec3};
 use kaustika_scene::bsdf::{Bsdf, Lobes, Mode};
 use kaustika_scene::{LightSelection, Scene, Surface};
@@ -69,6 +69,8 @@ pub(super) struct Dirac {
     pub(super) p: [f64; 2],
     /// J of (4).
     pub(super) jacobian: f64,
+    /// Index of refraction on the light's side over that on the eye's.
+    pub(super) eta: f32,
 }
 
 /// A vertex of a path, and how the path goes through it: by a Dirac lobe, or anyhow.
@@ -117,7 +119,11 @@ pub(super) struct Path<'a> {
     /// x₁ … xₖ₋₁.
     pub(super) turns: Vec<Turn<'a>>,
     pub(super) sensed: Sensed,
-    /// F of (1), as the sensor sees it.
+    /// F of (1), but for the factors g that follow.
+    pub(super) value: Spectrum,
+    /// Π g←ᵢ of (1).
+    pub(super) scale: f64,
+    /// F, as the sensor sees it.
     pub(super) rgb: [f32; 3],
     /// The scalar of F that chains follow.
     pub(super) f: f64,
@@ -146,8 +152,9 @@ impl<'a> Path<'a> {
         turns: Vec<Turn<'a>>,
         sensed: Sensed,
     ) -> Option<Path<'a>> {
-        let mut path =
-            Path { u_lambda, time, source, turns, sensed, rgb: [0.0; 3], f: 0.0, q: Vec::new() };
+        let (value, scale) = (Spectrum::ZERO, 1.0);
+        let (rgb, q) = ([0.0; 3], Vec::new());
+        let mut path = Path { u_lambda, time, source, turns, sensed, value, scale, rgb, f: 0.0, q };
         path.measure(measure).then_some(path)
     }
 
@@ -233,10 +240,38 @@ impl<'a> Path<'a> {
         }
         let last = &self.turns[n - 1].node;
         let seen = self.sensed.end.departure.density_at(last.p(), last.surface.ng);
-        self.rgb = m.sensor.rgb(f, &self.lambda(m.scene)).map(|v| (f64::from(v) * scale) as f32);
+        (self.value, self.scale) = (f, scale);
+        self.rgb = self.seen_as(m.scene, m.sensor, Spectrum::ONE);
         self.f = modulus(self.rgb);
         self.count_ways(m, (&forth, &back), seen);
         self.f != 0.0
+    }
+
+    /// A part of F, as the sensor sees it.
+    fn seen_as(&self, scene: &Scene, sensor: &Sensor, part: Spectrum) -> [f32; 3] {
+        let rgb = sensor.rgb(self.value * part, &self.lambda(scene));
+        rgb.map(|v| (f64::from(v) * self.scale) as f32)
+    }
+
+    /// The part of F, as the sensor sees it, that belongs to each layer by path.
+    pub(super) fn each_layer(
+        &self,
+        (scene, sensor): (&Scene, &Sensor),
+        tracks: &Tracks,
+        mut each: impl FnMut(usize, [f32; 3]),
+    ) {
+        let kinds = |i: usize| {
+            let Turn { node, dirac } = &self.turns[i];
+            let (ng, ways) = (node.surface.ng, (self.to_eye(i), self.to_light(i)));
+            match dirac {
+                Some(_) => turning(ng, ways),
+                None => scattering(&node.bsdf, ng, ways, Mode::Radiance),
+            }
+        };
+        let from_eye = (0..self.len()).rev().map(kinds);
+        tracks.each_of_path(self.source.end.light, from_eye, |layer, part| {
+            each(layer, self.seen_as(scene, sensor, part));
+        });
     }
 
     /// The probability of this light among those that a ray which left the scene may have met.

@@ -62,16 +62,16 @@ pub(super) fn eye_side(x: &Path) -> EyeSide {
 }
 
 /// (4), in pixels.
-fn radii(area: f64) -> [f64; 2] {
+pub(super) fn radii(area: f64) -> [f64; 2] {
     [NEAREST, (AREA * area / std::f64::consts::PI).sqrt().max(2.0 * NEAREST)]
 }
 
-fn between([low, high]: [f64; 2], draws: &mut Draws) -> f64 {
+pub(super) fn between([low, high]: [f64; 2], draws: &mut Draws) -> f64 {
     high * (-(high / low).ln() * draws.f64()).exp()
 }
 
 /// `d` turned by θ in any direction.
-fn turned(d: Vec3, theta: f64, draws: &mut Draws) -> Vec3 {
+pub(super) fn turned(d: Vec3, theta: f64, draws: &mut Draws) -> Vec3 {
     let frame = Frame::from_normal(d);
     let (sin, cos) = (theta as f32).sin_cos();
     let (y, x) = (TAU * draws.f32()).sin_cos();
@@ -259,7 +259,7 @@ fn scale(path: &Path, from: Vec3, base: usize, pixels: f64) -> Option<f64> {
 }
 
 /// A ray from the path's light along `d`.
-fn leaving(x: &Path, d: Vec3) -> Ray {
+pub(super) fn leaving(x: &Path, d: Vec3) -> Ray {
     let end = &x.source.end;
     let error = (end.p.abs() + Vec3::splat(1e-3)) * 1e-6;
     Ray { o: offset_origin(end.p, error, end.n, d), d, time: x.time }

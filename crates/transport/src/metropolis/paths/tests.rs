@@ -9,7 +9,8 @@
 
 use super::bidirectional::Lengths;
 use super::params::Mutation;
-use super::path::Path;
+use super::path::{Path, toward};
+use super::specular::{Interface, Place, first_by_last};
 use super::walk::{candidate, propose};
 use super::{Mlt, PathParams};
 use crate::metropolis::acceptance;
@@ -22,7 +23,9 @@ use kaustika_math::special::p_two_sided;
 use kaustika_sampling::estimator::RunningMean;
 use kaustika_sampling::{SamplerConfig, SamplerKind};
 use kaustika_scene::Scene;
+use kaustika_scene::bsdf::{Lobes, Mode};
 use kaustika_scene::description::*;
+use kaustika_spectra::Wavelengths;
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -196,6 +199,86 @@ fn no_mutation_draws_light_where_it_does_not_belong() {
     for (what, scene) in [("glass", glass_room()), ("hall", mirror_hall()), ("water", water())] {
         for kind in Mutation::ALL {
             stays(what, &scene, lengths, kind, 0.001);
+        }
+    }
+}
+
+/// Two triangles whose normals are bent outward.
+fn bent() -> GeometryDesc {
+    let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+    let mesh = TriMesh {
+        positions: corners.map(|(x, y)| v(x, y, 0.0)).to_vec(),
+        normals: corners.map(|(x, y)| v(0.2 * x, 0.3 * y, 1.0).normalize()).to_vec(),
+        indices: vec![[0, 1, 2], [0, 2, 3]],
+        ..TriMesh::default()
+    };
+    GeometryDesc::Mesh(Arc::new(mesh))
+}
+
+#[test]
+fn chains_move_as_their_derivative_says() {
+    // A ray from x_0 through an ellipsoid, a cylinder and a pane with bent normals, of glass, or off a mirror; it ends on
+    // a floor. ∂S₁/∂x_{m+1} against differences of rays.
+    let squeezed = at(0.1, 0.0, 1.0) * rotate(30.0, v(1.0, 1.0, 0.0)) * scale(1.0, 0.7, 0.5);
+    let tube = GeometryDesc::Cylinder { radius: 0.5, z_min: -3.0, z_max: 3.0, phi_max: 360.0 };
+    let across = at(0.1, 0.0, 1.0) * rotate(80.0, v(1.0, 0.2, 0.0));
+    let pane = at(0.0, 0.0, 1.0) * rotate(10.0, v(1.0, 0.0, 0.0));
+    let cases = [
+        ("ellipsoid", sphere(1.0), squeezed, 2, false),
+        ("tube", tube, across, 2, false),
+        ("pane", bent(), pane, 1, false),
+        ("mirror", bent(), at(0.0, 0.0, 1.0) * rotate(-160.0, v(1.0, 0.0, 0.0)), 1, true),
+    ];
+    for (what, shape, to_world, interfaces, mirror) in cases {
+        let mut stage = Stage::new();
+        let white = stage.diffuse(0.5);
+        let material = if mirror { stage.metal(0.0) } else { stage.glass(1.5, 0.0) };
+        let material = if mirror { stage.two_sided(material) } else { material };
+        stage.shape(shape, to_world, material);
+        for side in [0.0, 180.0] {
+            let far = rotate(side, v(1.0, 0.0, 0.0)) * at(0.0, 0.0, -6.0) * scale(60.0, 60.0, 1.0);
+            let both = stage.two_sided(white);
+            stage.shape(GeometryDesc::Rectangle, far, both);
+        }
+        stage.lamp(GeometryDesc::Rectangle, at(0.0, 9.0, 0.0), 1.0);
+        stage.camera(pinhole(60.0), look(v(0.1, -1.6, 4.0), v(0.0, 0.0, 1.0)), SIZE);
+        let scene = stage.build();
+        let config =
+            SamplerConfig { kind: SamplerKind::Independent, seed: 1, spp: 1, resolution: SIZE };
+        let frame = Frame::new(SIZE, FilterDesc::BOX, config);
+        let mut mlt = Mlt::new(PathParams::default());
+        mlt.emission = emission_table(&scene);
+        let mut tracer = mlt.tracer(&scene, &frame);
+        let lambda = Wavelengths::sample_for(scene.mode, 0.5);
+        let x0 = v(0.3, -0.2, 2.6);
+        let lobe = if mirror { Lobes::DELTA_REFLECTION } else { Lobes::DELTA_TRANSMISSION };
+        let mut trace = |aim: kaustika_math::Vec3| {
+            let mut ray = kaustika_math::Ray { o: x0, d: toward(x0, aim), time: 0.0 };
+            let mut chain = Vec::new();
+            for _ in 0..interfaces {
+                let node = tracer.node(ray, f32::INFINITY, &lambda).expect("met");
+                let onward = tracer.turn(&node, -ray.d, lobe, Mode::Radiance).expect("a lobe");
+                ray = onward.ray;
+                chain.push((node, onward.dirac.expect("Dirac").eta));
+            }
+            (chain, tracer.node(ray, f32::INFINITY, &lambda).expect("the floor"))
+        };
+        let (chain, landing) = trace(v(0.1, 0.1, 1.0));
+        let all: Vec<Interface> = chain.iter().map(|(node, eta)| (&**node, [1.0, *eta])).collect();
+        let first = Place::new(x0, kaustika_math::Vec3::Z);
+        let last = Place::new(landing.p(), landing.surface.ng);
+        let m = first_by_last(&scene.geometry, first, &all, last).expect("regular");
+        let start = chain[0].0.clone();
+        let tangents = Place::new(start.p(), start.surface.ng);
+        for t in tangents.tangents {
+            let step = 4e-3;
+            let (a, b) = (trace(start.p() + t * step), trace(start.p() - t * step));
+            let moved = tangents.local(a.0[0].0.p() - b.0[0].0.p());
+            let told = m.of(last.local(a.1.p() - b.1.p()));
+            for k in 0..2 {
+                let off = (moved[k] - told[k]).abs();
+                assert!(off < 0.01 * 2.0 * f64::from(step), "{what}: {moved:?} {told:?}");
+            }
         }
     }
 }

@@ -4,7 +4,7 @@ use super::path::{Dirac, Measure, Node, Sensed, Source, Turn, toward};
 use crate::method::PassStats;
 use crate::metropolis::Draws;
 use crate::metropolis::film::Field;
-use crate::path_space::{CameraEnd, LightEnd, MAX_PASSAGES};
+use crate::path_space::{CameraEnd, LightEnd, MAX_PASSAGES, Tracks};
 use kaustika_math::{ONE_MINUS_EPSILON, Ray, Vec2, Vec3};
 use kaustika_scene::bsdf::{Bsdf, BsdfSample, Lobes, Mode};
 use kaustika_scene::{LightId, LightSelection, Scene, Segment, Surface};
@@ -34,6 +34,8 @@ pub(super) struct Tracer<'a> {
     pub(super) emission: &'a LightSelection,
     pub(super) measure: Measure<'a>,
     pub(super) field: Field,
+    /// Sorts paths into layers, if there are any.
+    pub(super) tracks: Option<Tracks<'a>>,
     pub(super) stats: PassStats,
 }
 
@@ -108,7 +110,8 @@ impl<'a> Tracer<'a> {
         let jacobian = f64::from(ng.abs_dot(to_eye)) * lanes(f)
             / (f64::from(ng.abs_dot(to_light)) * lanes(f_light));
         let p = [from_light.pdf, from_eye.pdf].map(f64::from);
-        jacobian.is_finite().then_some(Dirac { lobe: s.lobe, f, p, jacobian })
+        let (lobe, eta) = (s.lobe, from_eye.eta);
+        jacobian.is_finite().then_some(Dirac { lobe, f, p, jacobian, eta })
     }
 
     /// A point of the film and the ray from there.

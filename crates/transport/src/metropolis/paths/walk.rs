@@ -1,18 +1,21 @@
 //! A chain through path space.
 
 use super::bidirectional::{self, Lengths};
+use super::candidates;
+use super::inner;
 use super::kept::Kept;
 use super::lens_subpath;
+use super::manifold;
 use super::mutation::Proposal;
 use super::params::Mutation;
-use super::path::Path;
+use super::path::{Measure, Path};
 use super::perturbation::{EyeSide, eye_side, move_caustic, move_eye};
 use super::tracer::Tracer;
 use crate::metropolis::coverage::{Visitor, Visits};
 use crate::metropolis::film::stream;
 use crate::metropolis::tally::Tally;
 use crate::metropolis::{Chain, Draws, Recording, acceptance};
-use crate::path_space::Splat;
+use crate::path_space::{Splat, Tracks};
 use crate::saved::saved;
 
 /// A chain between passes.
@@ -39,7 +42,7 @@ pub(super) fn candidate<'a>(
     seed: u64,
     number: u64,
 ) -> Option<(Path<'a>, f64)> {
-    bidirectional::whole(tracer, lengths, &mut stream(seed, 0x7061_7468, number))
+    candidates::candidate(tracer, lengths, &mut stream(seed, 0x7061_7468, number))
 }
 
 /// A mutation of a kind.
@@ -55,15 +58,24 @@ pub(super) fn propose<'a>(
         Mutation::Lens => move_eye(tracer, x, EyeSide::Lens, draws),
         Mutation::MultiChain => move_eye(tracer, x, EyeSide::MultiChain, draws),
         Mutation::Caustic => move_caustic(tracer, x, draws),
+        Mutation::Manifold => manifold::propose(tracer, x, draws),
+        Mutation::Inner => inner::propose(tracer, x, draws),
         Mutation::LensSubpath => lens_subpath::propose(tracer, x, lengths, draws),
     }
 }
 
-/// What a path leaves on the film.
-fn leave(x: &Path, weight: f64, out: &mut Vec<Splat>) {
+/// What a path leaves on the film, and on layers by path.
+fn leave(x: &Path, weight: f64, measure: &Measure, tracks: Option<&Tracks>, out: &mut Vec<Splat>) {
     let k = weight / x.f;
-    let rgb = x.rgb.map(|v| (k * f64::from(v)) as f32);
-    out.push(Splat { film: x.sensed.film, layer: None, rgb });
+    let mut splat = |layer, rgb: [f32; 3]| {
+        let rgb = rgb.map(|v| (k * f64::from(v)) as f32);
+        out.push(Splat { film: x.sensed.film, layer, rgb });
+    };
+    splat(None, x.rgb);
+    if let Some(tracks) = tracks {
+        let seen = (measure.scene, measure.sensor);
+        x.each_layer(seen, tracks, |layer, rgb| splat(Some(layer), rgb));
+    }
 }
 
 impl Walk {
@@ -92,7 +104,9 @@ impl Walk {
         tracer.stats = Default::default();
         // A path that was found can be found again, but for rounding.
         let Some(path) = self.path.path(tracer) else { return tally };
-        let mut record = |x: &Path, weight: f64| leave(x, weight * unit, out);
+        let (measure, tracks) = (tracer.measure, tracer.tracks.take());
+        let mut record =
+            |x: &Path, weight: f64| leave(x, weight * unit, &measure, tracks.as_ref(), out);
         let mut chain = Chain::new(path, Recording::Expected);
         let has = |kind| kinds.contains(&kind);
         let moves_eye_anyhow = has(Mutation::Lens) && has(Mutation::MultiChain);
@@ -125,6 +139,7 @@ impl Walk {
             }
         }
         chain.record(&mut record);
+        tracer.tracks = tracks;
         self.path = Kept::new(chain.state());
         self.still = tally.still[0];
         tally.stats = tracer.stats;

@@ -41,7 +41,7 @@ pub static INFO: MethodInfo = MethodInfo {
     media: true,
     layers: true,
     schedule: Passes::Sequential,
-    one_spp: "one mutation a pixel (rounded up to whole chains), and a sample of direct light",
+    one_spp: "`steps` mutations a pixel (rounded up to whole chains), and a sample of direct light",
     source: "Kelemen et al. 2002",
 };
 
@@ -218,7 +218,7 @@ impl Method for PrimarySpace {
         if self.params.adapt {
             self.learn_step(scene, frame, seed, workers)?;
         }
-        let schedule = Schedule::new(frame, self.params.chains);
+        let schedule = Schedule::new(frame, self.params.chains, self.params.steps);
         let fewest = u64::from(self.params.bootstrap);
         let seeds = [seed, seed ^ 0x7472_6c31, seed];
         let mut chains = self.start((scene, frame), seeds, (schedule, fewest), workers)?;
@@ -251,7 +251,7 @@ impl Method for PrimarySpace {
             out,
             workers,
         )?;
-        let schedule = Schedule::new(frame, self.params.chains);
+        let schedule = Schedule::new(frame, self.params.chains, self.params.steps);
         let how = self.how();
         let room = || self.estimator(scene, frame);
         let step = |estimator: &mut Estimator, walk: &mut Walk, unit, out: &mut Vec<Splat>| {

@@ -52,6 +52,9 @@ pub struct PrimaryParams {
     /// Chains, at most one a pixel.
     #[serde(deserialize_with = "crate::registry::count")]
     pub chains: u32,
+    /// Steps a pixel in each pass.
+    #[serde(deserialize_with = "crate::registry::count")]
+    pub steps: u32,
     /// Candidates for their starts.
     #[serde(deserialize_with = "crate::registry::count")]
     pub bootstrap: u32,
@@ -83,8 +86,9 @@ impl Default for PrimaryParams {
             hide_emitters: false,
             direct: Direct::Separate,
             chains: 512,
+            steps: 1,
             bootstrap: 1 << 16,
-            brightness_error: 0.02,
+            brightness_error: 0.03,
             startup: Startup::Resample,
             discard: 0,
             large_step: 0.3,
@@ -202,6 +206,7 @@ pub fn common() -> Vec<Parameter> {
             "light of at most one bounce: separate (a sample of bdpt for each pixel and pass), together (by the chains)",
         ),
         p("chains", d.chains.to_string(), "Markov chains, at most one a pixel"),
+        p("steps", d.steps.to_string(), "steps of the chains for each pixel and pass"),
         p(
             "bootstrap",
             d.bootstrap.to_string(),

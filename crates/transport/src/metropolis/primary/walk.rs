@@ -4,7 +4,7 @@ use super::estimator::{Estimator, Sources};
 use crate::method::PassStats;
 use crate::metropolis::coordinates::{Coordinates, Moment, Stepping};
 use crate::metropolis::coverage::{Visitor, Visits};
-use crate::metropolis::film::{deposit, stream};
+use crate::metropolis::film::{brightest, deposit, stream};
 use crate::metropolis::seeds::Start;
 use crate::metropolis::tally::Tally;
 use crate::metropolis::{Chain, Draws, Recording, acceptance};
@@ -147,8 +147,11 @@ impl Walk {
             };
             tally.moved(moved);
             if moved {
-                let tiles = chain.state().splats.iter().filter_map(|s| estimator.tile(s.film));
-                tiles.for_each(|tile| self.visits.see(tile));
+                // Light paths show in many places: a state is where most of its light is.
+                let brightest = brightest(&chain.state().splats);
+                if let Some(tile) = brightest.and_then(|s| estimator.tile(s.film)) {
+                    self.visits.see(tile);
+                }
             }
         }
         chain.record(&mut record);

@@ -5,21 +5,23 @@
 //! C_{0,t} = βᴱ Lₑ(x₀→x₁)                            the eye finds a light              (2)
 //! C_{1,t} = βᴱ f |cos| Lₑ V / p_D                   next event estimation              (3)
 //! C_{s,t} = βᴸ f |cos| V / d² f |cos| βᴱ            inner vertices are joined          (4)
-//! C_{s,1} = βᴸ f |cos| V Wₑ / p_C                   to the lens: another pixel         (5)
-//! C_{s,0} = βᴸ Wₑ                                   light meets the lens               (6)
 //! ```
 //!
 //! βᴸ and βᴱ are what arrives at a vertex of the light's and of the eye's subpath, over the density
-//! of the subpath; weights are those of [`super::weight`].
+//! of the subpath; what ends at the lens is in `lens.rs`; `join.rs` tells [`super::weight`] what it weighs by.
 
+mod join;
+mod lens;
+
+use self::join::Join;
 use super::Settings;
 use super::pyramid::Pyramid;
-use super::weight::{Joint, Link, strategy_weight};
+use super::weight::Link;
 use crate::features::describe_vertex;
 use crate::frame::Frame;
 use crate::method::PassStats;
 use crate::path_space::{
-    self, CameraEnd, Closing, Departure, LightEnd, Splat, Subpath, Tracks, Vertex, Walker, splat,
+    self, CameraEnd, Closing, LightEnd, Splat, Subpath, Tracks, Vertex, Walker,
 };
 use kaustika_film::accumulate::PixelRecord;
 use kaustika_math::{Vec2, Vec3};
@@ -62,26 +64,6 @@ pub struct Origin {
     pub lambda: Wavelengths,
     /// Most vertices of the eye's subpath and of the light's.
     pub most: [usize; 2],
-}
-
-/// How the two sides of a path are joined, seen from the joint: densities per solid angle (on
-/// to the other side, back on its own) at the last vertices.
-#[derive(Clone, Copy)]
-struct Join {
-    at_light: (f64, f64),
-    at_eye: (f64, f64),
-    /// Whether the last vertices scatter by Dirac lobes: only where nothing is joined.
-    light_delta: bool,
-    eye_delta: bool,
-    /// That nothing happens on the way between them, as [`Vertex::passing`].
-    passing: f64,
-}
-
-impl Default for Join {
-    fn default() -> Join {
-        let none = (0.0, 0.0);
-        Join { at_light: none, at_eye: none, light_delta: false, eye_delta: false, passing: 1.0 }
-    }
 }
 
 impl<'a> Pairs<'a> {
@@ -408,157 +390,5 @@ impl<'a> Pairs<'a> {
         let w = weight(self, 1.0);
         let counts = w > 0.0 || self.pyramid.is_some();
         (counts && passage().is_some()).then_some((Spectrum::ONE, w))
-    }
-
-    /// (5) and (6), weighted.
-    fn connect_lens(
-        &mut self,
-        light: &[Vertex<'a>],
-        end: &LightEnd,
-        splats: &mut Vec<Splat>,
-        stats: &mut PassStats,
-    ) {
-        let Some(y) = light.last() else { return };
-        let s = light.len() + 1;
-        if self.wanted(s, 1)
-            && y.connects()
-            && let Some(c) = path_space::to_lens(self.scene, y)
-        {
-            let closed = self.close(y, &c.segment, false, &y.lambda, stats, |this, passing| {
-                let join = Join { at_light: c.pdf, passing, ..Join::default() };
-                this.weight(s, (light, &[]), end, &c.end.camera, &join)
-            });
-            if let Some((passage, w)) = closed {
-                let d = c.segment.ray.d.normalize();
-                let closing = Closing::ToLens(light.len() - 1, y, d);
-                let l = (c.value * passage, w);
-                self.splat((s, 1), &closing, l, c.end.film, &y.lambda, splats, stats);
-            }
-        }
-        if y.onward.is_some() && self.wanted(s + 1, 0) {
-            self.at_lens(light, end, splats, stats);
-        }
-    }
-
-    /// (6), weighted: where the light path goes on from its last vertex.
-    fn at_lens(
-        &mut self,
-        light: &[Vertex<'a>],
-        end: &LightEnd,
-        splats: &mut Vec<Splat>,
-        stats: &mut PassStats,
-    ) {
-        let (scene, Some(y)) = (self.scene, light.last()) else { return };
-        let Some((ray, beta)) = y.onward else { return };
-        let Some(hit) = scene.camera.meet_lens(&ray) else { return };
-        let back = kaustika_math::Ray { o: hit.p, d: -ray.d, time: ray.time };
-        let camera = CameraEnd::new(scene, &back);
-        let segment = Segment { ray, t_max: (hit.p_near - ray.o).length() };
-        let s = light.len() + 2;
-        let closed = self.close(y, &segment, false, &y.lambda, stats, |this, passing| {
-            let at_light = (y.pdf, y.pdf_rev);
-            let join = Join { at_light, light_delta: y.delta, passing, ..Join::default() };
-            this.weight(s, (light, &[]), end, &camera, &join)
-        });
-        if let Some((passage, w)) = closed {
-            let closing = Closing::AtLens(light.len());
-            let l = (beta * hit.we * passage, w);
-            self.splat((s, 0), &closing, l, hit.film, &y.lambda, splats, stats);
-        }
-    }
-
-    #[expect(clippy::too_many_arguments)]
-    fn splat(
-        &self,
-        (s, t): (usize, usize),
-        closing: &Closing,
-        (value, w): (Spectrum, f32),
-        film: Vec2,
-        lambda: &Wavelengths,
-        splats: &mut Vec<Splat>,
-        stats: &mut PassStats,
-    ) {
-        let (frame, tracks) = (self.frame, self.tracks.as_ref());
-        let value = value * self.splat_scale;
-        if w > 0.0 {
-            splat(frame, tracks, closing, value * w, film, lambda, splats, stats);
-        }
-        let layers = self.pyramid.as_ref().and_then(|p| p.numbers(s, t));
-        for (layer, v) in layers.into_iter().flatten().zip([value * w, value]) {
-            let rgb = frame.sensor.rgb(v, lambda);
-            if rgb.iter().all(|v| v.is_finite()) {
-                splats.push(Splat { film, layer: Some(layer), rgb: frame.clamp(rgb) });
-            }
-        }
-    }
-
-    /// w_{s,t} of the path end, `light`, `eye` (from the lens on), camera.
-    fn weight(
-        &mut self,
-        s: usize,
-        (light, eye): (&[Vertex], &[Vertex]),
-        end: &LightEnd,
-        camera: &CameraEnd,
-        join: &Join,
-    ) -> f32 {
-        if !self.settings.weighted {
-            return 1.0;
-        }
-        let (scene, lights) = (self.scene, self.lights);
-        let (a, b) = (light.len(), eye.len());
-        let Some(x1) = light.first().or(eye.last()) else { return 1.0 };
-        // Back from vertex i toward the one before it, as the path goes there.
-        let back = |path: &[Vertex], i: usize, at_join: f64| match i + 1 == path.len() {
-            true => at_join,
-            false => path[i].pdf_rev,
-        };
-        // To a vertex over the segment of `way`.
-        let g = |from: &Vertex, to: &Vertex, way: f64| to.arriving_from(from.surface.p) * way;
-        let arrival = |d: &Departure, v: &Vertex| d.density(v) * join.passing;
-        let first = light.first().map_or(join.passing, |y| y.passing);
-        let last_way = eye.first().map_or(join.passing, |z| z.passing);
-
-        self.links.clear();
-        let to_light = match a {
-            0 => join.at_eye.0,
-            _ => back(light, 0, join.at_light.1),
-        };
-        let eye_0 = to_light * end.area(x1.surface.p) * first;
-        self.links.push(Link { light: end.emission, eye: eye_0, delta: false });
-        for (i, y) in light.iter().enumerate() {
-            let from_eye = match (light.get(i + 1), eye.last()) {
-                (Some(next), _) => back(light, i + 1, join.at_light.1) * g(next, y, next.passing),
-                (None, Some(z)) => join.at_eye.0 * g(z, y, join.passing),
-                (None, None) => arrival(&camera.departure, y),
-            };
-            let delta = if i + 1 == a { join.light_delta } else { y.delta };
-            self.links.push(Link { light: y.arrival, eye: from_eye, delta });
-        }
-        for (i, z) in eye.iter().enumerate().rev() {
-            let from_light = match (eye.get(i + 1), light.last()) {
-                (Some(next), _) => back(eye, i + 1, join.at_eye.1) * g(next, z, next.passing),
-                (None, Some(y)) => join.at_light.0 * g(y, z, join.passing),
-                (None, None) => arrival(&end.departure, z),
-            };
-            let delta = if i + 1 == b { join.eye_delta } else { z.delta };
-            self.links.push(Link { light: from_light, eye: z.arrival, delta });
-        }
-        let (last, to_lens) = match (eye.first(), light.last()) {
-            (Some(z), _) => (z, back(eye, 0, join.at_eye.1)),
-            (None, Some(y)) => (y, join.at_light.0),
-            (None, None) => return 1.0,
-        };
-        let lens_light = to_lens * camera.area(last.surface.p) * last_way;
-        self.links.push(Link { light: lens_light, eye: camera.lens, delta: false });
-
-        let joint = Joint {
-            next_event: end.next_event(scene, lights, x1),
-            connection: camera.connection,
-            hittable_light: end.hittable,
-            hittable_lens: camera.aperture.is_some(),
-            seen: camera.seen,
-            light_paths: self.light_paths,
-        };
-        strategy_weight(&self.links, &joint, s, self.settings.mis, &mut self.densities)
     }
 }
