@@ -86,6 +86,10 @@ impl Method for Radiosity {
         figures.map(|(name, n)| (name.into(), n as f64)).into()
     }
 
+    fn remarks(&self) -> Vec<String> {
+        self.solution.as_ref().and_then(Solution::coarseness).into_iter().collect()
+    }
+
     fn bakes(&self) -> bool {
         true
     }

@@ -84,6 +84,20 @@ impl Solution {
         Some([&self.indirect, &self.direct].map(|values| self.shading.smooth(values, leaf, b)))
     }
 
+    /// Says so if most of what could be divided is not: then large triangles are patches as they are.
+    pub(super) fn coarseness(&self) -> Option<String> {
+        let elements = &self.mesh.elements;
+        let lit = |e: &&u32| !elements[**e as usize].is_black();
+        let whole = (0..self.mesh.roots).filter(|e| lit(&e)).count();
+        let patches = self.leaves.iter().filter(lit).count();
+        (patches < 2 * whole).then(|| {
+            format!(
+                "{patches} patches on {whole} triangles and facets: few are divided, and light on large \
+                 ones is coarse; set `patches` to several times {whole}"
+            )
+        })
+    }
+
     fn hierarchical(
         scene: &Scene,
         mut mesh: Mesh,

@@ -12,7 +12,9 @@ pub mod hemicube;
 mod pairs;
 pub mod polygon;
 mod rays;
+mod windows;
 
+use self::windows::Windows;
 use super::mesh::{Element, Mesh, Point};
 use super::points::{r2, rotated};
 use crate::path_space::Chain;
@@ -91,6 +93,8 @@ pub struct FormFactors<'a> {
     number: Vec<u32>,
     /// Points of the patches, some of each, for pairs.
     points: Vec<Point>,
+    /// Where light of the surroundings comes in by way of mirrors and glass.
+    windows: Option<Windows>,
 }
 
 impl<'a> FormFactors<'a> {
@@ -118,7 +122,11 @@ impl<'a> FormFactors<'a> {
             FormFactorKind::Rays | FormFactorKind::Hemicube => Vec::new(),
         };
         let chain = if extended { Chain::ANY } else { Chain::NONE };
-        FormFactors { scene, mesh, patches, kind, samples, chain, number, points }
+        let windows = None;
+        let mut ff =
+            FormFactors { scene, mesh, patches, kind, samples, chain, number, points, windows };
+        ff.windows = (extended && !scene.environments.is_empty()).then(|| Windows::learn(&ff));
+        ff
     }
 
     /// Follows rays through this.

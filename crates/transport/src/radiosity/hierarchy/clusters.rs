@@ -13,6 +13,29 @@ pub enum Node {
     Cluster(u32),
 }
 
+/// A node in four bytes, of which there are two in each of many millions of links: clusters count down from
+/// the largest number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Short(u32);
+
+impl From<Node> for Short {
+    fn from(node: Node) -> Short {
+        Short(match node {
+            Node::Element(e) => e,
+            Node::Cluster(c) => !c,
+        })
+    }
+}
+
+impl From<Short> for Node {
+    fn from(Short(n): Short) -> Node {
+        match n < 1 << 31 {
+            true => Node::Element(n),
+            false => Node::Cluster(!n),
+        }
+    }
+}
+
 /// Two nodes together.
 #[derive(Clone, Debug)]
 pub struct Cluster {

@@ -14,7 +14,7 @@ mod clusters;
 mod harmonics;
 mod refine;
 
-use self::clusters::{Cluster, Node};
+use self::clusters::{Cluster, Node, Short};
 use self::harmonics::Lobes9;
 use super::mesh::{Mesh, NONE};
 use super::solve::{Rest, sum};
@@ -43,12 +43,10 @@ const ITERATIONS: u32 = 100;
 /// A way by which light goes from `q` to `p`.
 #[derive(Clone, Copy, Debug)]
 struct Link {
-    p: Node,
-    q: Node,
-    /// Form factor, or what takes its place with clusters, without what is between them.
+    p: Short,
+    q: Short,
+    /// F V: the form factor, or what takes its place with clusters, and the visible part.
     f: f32,
-    /// Visible part.
-    v: f32,
     /// What the light that it carries may be wrong by: times A_p B_q.
     doubt: f32,
 }
@@ -163,12 +161,13 @@ impl<'m, 'a> Hierarchy<'m, 'a> {
         self.irradiance.fill(Spectrum::ZERO);
         self.got.fill(Lobes9::default());
         for link in &self.links {
-            let k = link.f * link.v;
+            let k = link.f;
             if k == 0.0 {
                 continue;
             }
-            let toward = || (self.center(link.q) - self.center(link.p)).try_normalize();
-            match (link.p, link.q) {
+            let (p, q) = (Node::from(link.p), Node::from(link.q));
+            let toward = || (self.center(q) - self.center(p)).try_normalize();
+            match (p, q) {
                 (Node::Element(p), Node::Element(q)) => {
                     self.irradiance[p as usize] += self.radiosity[q as usize] * k;
                 }

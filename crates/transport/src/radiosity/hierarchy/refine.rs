@@ -49,8 +49,10 @@ impl Hierarchy<'_, '_> {
                 format!("refining: {elements} elements, {made} links, {asked} in question")
             });
             // Which are good enough?
-            let power: Vec<f32> =
-                links.par_iter().map(|l| self.sent_over(l.p, l.q) * l.doubt).collect();
+            let power: Vec<f32> = links
+                .par_iter()
+                .map(|l| self.sent_over(l.p.into(), l.q.into()) * l.doubt)
+                .collect();
             let mut pairs = Vec::new();
             let mut divided = Vec::new();
             let mut coarse = Vec::new();
@@ -115,10 +117,8 @@ impl Hierarchy<'_, '_> {
                 element.children != NONE || element.area > area && !element.is_black()
             }
         };
-        let order = match self.radius(link.p) >= self.radius(link.q) {
-            true => [link.p, link.q],
-            false => [link.q, link.p],
-        };
+        let (p, q) = (Node::from(link.p), Node::from(link.q));
+        let order = if self.radius(p) >= self.radius(q) { [p, q] } else { [q, p] };
         order.into_iter().find(|node| can(*node))
     }
 
@@ -131,7 +131,8 @@ impl Hierarchy<'_, '_> {
                 [Node::Element(first), Node::Element(first + 1)]
             }
         };
-        match (link.p == link.q, link.p == node) {
+        let (p, q) = (Node::from(link.p), Node::from(link.q));
+        match (p == q, p == node) {
             // A cluster with itself. Flat elements do not see themselves.
             (true, _) => {
                 let [a, b] = children;
@@ -139,8 +140,8 @@ impl Hierarchy<'_, '_> {
                 let of_itself = children.into_iter().filter(|c| matches!(c, Node::Cluster(_)));
                 pairs.extend(of_itself.map(|c| (c, c)));
             }
-            (false, true) => pairs.extend(children.map(|c| (c, link.q))),
-            (false, false) => pairs.extend(children.map(|c| (link.p, c))),
+            (false, true) => pairs.extend(children.map(|c| (c, q))),
+            (false, false) => pairs.extend(children.map(|c| (p, c))),
         }
     }
 
@@ -167,13 +168,14 @@ impl Hierarchy<'_, '_> {
         }
         if p == q || uneven >= 1.0 && self.is_cluster(p, q) {
             // What overlaps is not worth asking: it is refined if it matters at all.
-            return Some(Link { p, q, f, v: 1.0, doubt: most });
+            return Some(Link { p: p.into(), q: q.into(), f, doubt: most });
         }
         let power = self.sent_over(p, q) * most;
         let rays = (0.25 * power / error.max(f32::MIN_POSITIVE)).clamp(RAYS.0, RAYS.1);
         let (v, asked) = self.visible(p, q, rays as u32);
         let hidden = (4.0 * v * (1.0 - v)).max(0.5 / (asked + 1) as f32);
-        Some(Link { p, q, f, v, doubt: most * (v * uneven).max(hidden) }) // (6)
+        let doubt = most * (v * uneven).max(hidden); // (6)
+        Some(Link { p: p.into(), q: q.into(), f: f * v, doubt })
     }
 
     /// (5).
