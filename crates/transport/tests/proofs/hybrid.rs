@@ -29,7 +29,7 @@ fn made(method: &str, p: &Value) -> Box<dyn Method> {
 
 /// The picture and its layers, those by path or those of the method: of each all pixels, grey, over
 /// so many groups of passes.
-fn pictures(
+pub(crate) fn pictures(
     scene: &Scene,
     (method, p): (&str, Value),
     expressions: &[&str],
@@ -208,6 +208,58 @@ fn chen_is_the_picture_class_by_class() {
     assert!(e < 0.03, "{e}");
 }
 
+/// Irradiance caching in place of radiosity, for the light that matte surfaces send each other (Chen's C): the
+/// same light, of patches and by bidirectional path tracing.
+#[test]
+fn irradiance_caching_may_replace_radiosity() {
+    let scene = small_room().build();
+    let truth = pictures(&scene, ("bdpt", json!({})), &CHEN, (SIZE, 20, 30, 13));
+    let by = |terms: &str, seed| {
+        let p = json!({"of": CHEN[2], "terms": terms, "patches": 4800, "radius": 0.1});
+        pictures(&scene, ("hybrid", p), &[], (SIZE, 8, 2, seed))
+    };
+    let cached = by("cache@1:L(D|S)*DS*DS*E", 14);
+    let patches = by("radiosity@2:L(D|S)*DS*DS*E", 15);
+    near("the truth", &cached[0], &truth[3], 0.02);
+    near("patches", &cached[0], &patches[0], 0.03);
+    let errors = [&truth[3], &patches[0]].map(|other| error(&cached[0], other));
+    assert!(errors.iter().all(|e| *e < 0.04), "{errors:?}");
+    // All of the picture, and no light twice.
+    let [a, b, c] = CHEN;
+    let terms = format!("path:{a}; photons@1:{b}; cache@1:{c}");
+    let p = json!({"terms": terms, "photons": 50_000});
+    let all = pictures(&scene, ("hybrid", p), &[], (SIZE, 8, 8, 16));
+    near("A + B + C", &all[0], &truth[0], 0.01);
+}
+
+/// What is cheaper than the truth may be believed: of all light, nearly every pixel is within 4 % of what
+/// bidirectional path tracing predicts, or its noise.
+#[test]
+fn cheaper_pictures_are_believable() {
+    let scene = small_room().build();
+    let truth = pictures(&scene, ("bdpt", json!({})), &[], (SIZE, 20, 60, 17)).swap_remove(0);
+    let believed = |picture: &[RunningMean]| {
+        let pairs = picture.iter().zip(&truth);
+        let right = pairs.filter(|(a, b)| {
+            let noise = a.standard_error().hypot(b.standard_error());
+            (a.mean() - b.mean()).abs() < 0.04 * b.mean() + 2.0 * noise
+        });
+        right.count() as f64 / truth.len() as f64
+    };
+    for (method, p, passes) in [
+        ("chen", json!({"patches": 4800, "photons": 50_000}), 4),
+        ("photonmap", json!({"cache": 0.2, "radius": 0.05}), 1),
+    ] {
+        let picture = pictures(&scene, (method, p), &[], (SIZE, 8, passes, 18)).swap_remove(0);
+        let share = believed(&picture);
+        assert!(share > 0.95, "{method}: {share}");
+    }
+    // Not everything is: without caustics the picture is another.
+    let p = json!({"of": "L[D]S*E|L(D|S)*DS*DS*E", "terms": "path:L[D]S*E; radiosity@2:L(D|S)*DS*DS*E"});
+    let without = pictures(&scene, ("hybrid", p), &[], (SIZE, 8, 4, 19)).swap_remove(0);
+    assert!(believed(&without) < 0.9);
+}
+
 /// The two-pass methods have their classes, of which one by a planar mirror is most, and no light twice.
 #[test]
 fn two_pass_methods_are_their_classes() {
@@ -296,10 +348,13 @@ fn threads_and_breaks_change_nothing() {
     let mut stage = small_room();
     stage.camera(pinhole(75.0), look(v(0.2, -0.95, 0.3), v(-0.1, 0.3, -0.35)), [12, 8]);
     let scene = stage.build();
-    let p = json!({"patches": 200, "form_rays": 64, "photons": 3000});
-    let make = || {
-        let params = serde_json::from_value(p.clone()).expect("parameters");
-        Hybrid::new(&INFO, params).expect("a partition")
-    };
-    threads_and_breaks(&scene, make, 3, &[1, 2]);
+    let cached = "path:L[D]S*E; photons@1:LS+DS*E; cache@1:L(D|S)*DS*DS*E";
+    for terms in ["chen", cached] {
+        let p = json!({"terms": terms, "patches": 200, "form_rays": 64, "photons": 3000});
+        let make = || {
+            let params = serde_json::from_value(p.clone()).expect("parameters");
+            Hybrid::new(&INFO, params).expect("a partition")
+        };
+        threads_and_breaks(&scene, make, 3, &[1, 2]);
+    }
 }

@@ -23,7 +23,7 @@ fn class(method: &str) -> &'static str {
 }
 
 /// One pass of a 1 x 1 picture: its first component, and its work.
-fn one(scene: &Scene, method: &str, p: Value, index: u64) -> (f64, PassStats) {
+pub(crate) fn one(scene: &Scene, method: &str, p: Value, index: u64) -> (f64, PassStats) {
     let kind = SamplerKind::Independent;
     let config = SamplerConfig { kind, seed: 5, spp: 1, resolution: [1, 1] };
     let frame = Frame::new([1, 1], FilterDesc::BOX, config);
@@ -94,11 +94,35 @@ fn weights_of_rays_to_lamps_and_of_glossy_rays_add_up() {
     stage.camera(pinhole(45.0), view, SIZE);
     let scene = stage.build();
     let path = means(&scene, "path", json!({"max_depth": 1}), 6000, 1350);
+    let mut errors = Vec::new();
     for (i, (n, rays)) in [(1, 1), (4, 1), (1, 3), (3, 2)].into_iter().enumerate() {
         let p = json!({"max_depth": 1, "secondary_rays": n, "shadow_rays": rays});
         let tree = means(&scene, "distributed", p, 3000, 1351 + i as u64);
         same(&format!("{n} rays, {rays} to the lamp"), &tree[4], &path[4]);
+        errors.push(tree[4].standard_error());
     }
+    // What more rays are for.
+    assert!(errors[1..].iter().all(|e| *e < 0.8 * errors[0]), "{errors:?}");
+}
+
+/// The farther what a glossy mirror shows, the more it is blurred: as far, to scale.
+#[test]
+fn blur_widens_with_distance() {
+    // The edge of a glowing wall, at a distance behind the place that is seen and to the side of it.
+    let seen = |distance: f32, aside: f32, seed| {
+        let mut stage = Stage::default();
+        let metal = stage.metal(0.15);
+        stage.shape(GeometryDesc::Rectangle, scale(50.0, 50.0, 1.0), metal);
+        let upright = at(60.0, distance, 60.0) * rotate(90.0, Vec3::X) * scale(60.0, 60.0, 1.0);
+        stage.lamp(GeometryDesc::Rectangle, upright, 1.0);
+        let p = v(aside, 0.0, 0.0);
+        stage.camera(parallel(1e-3, 0.0, 1.0), look(p + v(0.0, -0.5, 0.5), p), SIZE);
+        means(&stage.build(), "distributed", json!({"max_depth": 1}), 200, seed)[4]
+    };
+    let (sharp, same_place) = (seen(1.0, 0.2, 1360), seen(3.0, 0.2, 1361));
+    let to_scale = seen(3.0, 0.6, 1362);
+    same("to scale", &to_scale, &sharp);
+    assert!(same_place.mean() < 0.95 * sharp.mean(), "{} {}", same_place.mean(), sharp.mean());
 }
 
 #[test]
