@@ -11,6 +11,9 @@ use kaustika_scene::description::*;
 use kaustika_spectra::Wavelengths;
 use serde_json::json;
 
+/// Adds a material to a stage.
+type Shader = fn(&mut Stage) -> MaterialId;
+
 const LAMP: Vec3 = Vec3::new(0.7, -0.5, 1.6);
 const INTENSITY: f32 = 3.0;
 /// From where surfaces are seen.
@@ -91,7 +94,7 @@ fn by_hand(scene: &Scene) -> f64 {
 fn one_shader_looks_the_same_to_every_method() {
     // The z-buffer's models know matte materials and Phong's; rays ask all.
     let all = &["zbuffer", "whitted", "distributed", "path", "bdpt"][..];
-    let shaders: [(&str, fn(&mut Stage) -> MaterialId, &[&str]); 4] = [
+    let shaders: [(&str, Shader, &[&str]); 4] = [
         ("matte", matte, all),
         ("blend", blend, all),
         ("phong", phong, all),
@@ -107,7 +110,7 @@ fn one_shader_looks_the_same_to_every_method() {
             let m = shader(&mut stage);
             stage.shape(GeometryDesc::Rectangle, scale(2.0, 2.0, 1.0), m);
             stage.point_light(LAMP, INTENSITY);
-            stage.camera(parallel(1e-4, 0.0, 1.0), look(p + WO, p), [1, 1]);
+            stage.camera(parallel(1e-6, 0.0, 1.0), look(p + WO, p), [1, 1]);
             let scene = stage.build();
             let truth = by_hand(&scene);
             for method in methods {
@@ -133,7 +136,7 @@ fn one_shader_looks_the_same_to_every_method() {
 /// In a white sky no composed shader gains light, and matte ones give back their albedo.
 #[test]
 fn composed_shaders_keep_the_furnace() {
-    let shaders: [(&str, fn(&mut Stage) -> MaterialId); 4] =
+    let shaders: [(&str, Shader); 4] =
         [("matte", matte), ("blend", blend), ("phong", phong), ("varnish", varnish)];
     for (what, shader) in shaders {
         let mut stage = Stage::new();
