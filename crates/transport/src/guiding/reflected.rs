@@ -199,7 +199,7 @@ mod tests {
                 let albedo = 0.1 + 0.8 * number(i, 4);
                 let copies = 2.0 * number(i, 5);
                 let (p, mean) = (Vec3::ZERO, albedo * light(w) * copies);
-                let variance = (i % 3 == 0).then_some(0.05 * albedo * albedo);
+                let variance = i.is_multiple_of(3).then_some(0.05 * albedo * albedo);
                 let moment = mean * mean;
                 ReflectedRecord { p, wo: w, albedo, mean, moment, variance, cost: 3.0 }
             };

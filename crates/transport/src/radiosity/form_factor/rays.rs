@@ -107,7 +107,7 @@ impl FormFactors<'_> {
         if let Some(guide) = guide {
             let rays = self.starts(i, n, GUIDED).map(|(x, u)| (x, guide.sample(u)));
             let rays: Vec<_> = rays.filter(|(x, d)| x.n.dot(*d) > 0.0).collect();
-            self.escaping(&rays, combine(key, GUIDED), |ray, light| add(ray, light)); // (3)
+            self.escaping(&rays, combine(key, GUIDED), add); // (3)
         }
         let share = 1.0 / n as f32;
         Row {
