@@ -75,10 +75,13 @@ fn classes_that_part_the_paths_add_up_to_the_picture() {
     let scene = all_kinds().build();
     for method in ["path", "bdpt", "vcm", "vpl", "mlt", "erpt"] {
         let p = json!({"max_depth": 5});
-        let l = layers(&scene, method, p, &PARTITION, 6, 3000);
+        // Starts of short chains are few, and few of them lie in glass.
+        let passes = if method == "erpt" { 60 } else { 6 };
+        let l = layers(&scene, method, p, &PARTITION, passes, 3000);
         let sum: f64 = l[1..].iter().map(RunningMean::mean).sum();
         close(method, sum, l[0].mean(), 1e-4);
-        assert!(l[1..6].iter().all(|l| l.mean() > 0.0), "{method}");
+        let means: Vec<f64> = l[1..6].iter().map(RunningMean::mean).collect();
+        assert!(means.iter().all(|m| *m > 0.0), "{method} {means:?}");
         assert_eq!(l[6].mean(), 0.0, "no media");
     }
 }

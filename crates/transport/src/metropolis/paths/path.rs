@@ -264,11 +264,13 @@ impl<'a> Path<'a> {
             let Turn { node, dirac } = &self.turns[i];
             let (ng, ways) = (node.surface.ng, (self.to_eye(i), self.to_light(i)));
             match dirac {
-                Some(_) => turning(ng, ways),
-                None => scattering(&node.bsdf, ng, ways, Mode::Radiance),
+                // As if there were nothing.
+                Some(d) if d.lobe.has(Lobes::NULL) => None,
+                Some(_) => Some(turning(ng, ways)),
+                None => Some(scattering(&node.bsdf, ng, ways, Mode::Radiance)),
             }
         };
-        let from_eye = (0..self.len()).rev().map(kinds);
+        let from_eye = (0..self.len()).rev().filter_map(kinds);
         tracks.each_of_path(self.source.end.light, from_eye, |layer, part| {
             each(layer, self.seen_as(scene, sensor, part));
         });
