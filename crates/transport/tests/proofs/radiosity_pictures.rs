@@ -130,32 +130,3 @@ fn glossy_patches_near_all_light() {
     assert!(errors.windows(2).all(|w| w[1] < 0.8 * w[0]), "{errors:?}");
     assert!(errors[3] < 0.1, "{errors:?}");
 }
-
-/// A glossy floor, seen nearly along it, that reflects one large lamp: harmonics cannot follow a surface's
-/// horizon, beyond which nothing is reflected, and are continued below as above ((4) of `glossy`). Without
-/// that they have half of the light there.
-#[test]
-fn glossy_patches_reflect_toward_the_horizon() {
-    let mut stage = Stage::new();
-    let (d, s, n) = (stage.d.float(0.1), stage.d.float(0.6), stage.d.float(2.0));
-    let phong = stage.material(MaterialModel::Phong {
-        diffuse_reflectance: d,
-        specular_reflectance: s,
-        exponent: n,
-    });
-    stage.shape(GeometryDesc::Rectangle, HERE, phong);
-    let place = at(0.0, 2.5, 1.0) * down() * scale(2.0, 2.0, 1.0);
-    stage.lamp(GeometryDesc::Rectangle, place, 1.0);
-    let size = [8, 8];
-    stage.camera(pinhole(3.0), look(v(0.0, -4.0, 0.4), v(0.0, 0.0, 0.0)), size);
-    let scene = stage.build();
-    let mean = |p: &[f64]| p.iter().sum::<f64>() / p.len() as f64;
-    let path = render(&scene, size, json!({}), 1000, 7, SamplerKind::Independent);
-    let truth = mean(&path.pixels.iter().map(|p| p.mean()).collect::<Vec<_>>());
-    for bands in [2, 4] {
-        let p = json!({"solver": "jacobi", "direct": "mesh", "patches": 600, "samples": 1024,
-            "glossy": bands});
-        let ratio = mean(&picture(&scene, size, p, 8)) / truth;
-        assert!((ratio - 1.0).abs() < 0.1, "{bands} bands: {ratio}");
-    }
-}
