@@ -18,11 +18,18 @@ pub fn checkerboard(at: &Mapped) -> f32 {
 /// Mean over [x - w/2, x + w/2] of the wave that is +1 on [0, 1/2) and -1 on [1/2, 1).
 fn square_wave_mean(x: f32, w: f32) -> f32 {
     // The integral of the wave is the triangle wave |frac - …|.
-    let integral = |x: f32| {
+    mean(x, w, |x| {
         let f = x.rem_euclid(1.0);
         if f < 0.5 { f } else { 1.0 - f }
-    };
-    ((integral(x + 0.5 * w) - integral(x - 0.5 * w)) / w).clamp(-1.0, 1.0)
+    })
+    .clamp(-1.0, 1.0)
+}
+
+/// Mean over [x - w/2, x + w/2] of what has this integral. In double precision: of narrow intervals it is a
+/// small difference of large numbers.
+fn mean(x: f32, w: f32, integral: impl Fn(f64) -> f64) -> f32 {
+    let (x, w) = (f64::from(x), f64::from(w));
+    ((integral(x + 0.5 * w) - integral(x - 0.5 * w)) / w) as f32
 }
 
 /// Share of the filter box that lies on the lines along the integers of either coordinate, of
@@ -30,16 +37,15 @@ fn square_wave_mean(x: f32, w: f32) -> f32 {
 pub fn lines(at: &Mapped, half_width: f32) -> f32 {
     let half = half_width.clamp(0.0, 0.5);
     // ∫₀ˣ of 1 on the lines of one direction.
-    let integral = |x: f32| {
-        let f = x - x.floor();
+    let integral = |x: f64| {
+        let (f, half) = (x - x.floor(), f64::from(half));
         2.0 * half * x.floor() + f.min(half) + (f - (1.0 - half)).max(0.0)
     };
     let covered = |x: f32| {
         if at.width <= 0.0 {
             return f32::from((x - x.round()).abs() < half);
         }
-        let (a, b) = (x - 0.5 * at.width, x + 0.5 * at.width);
-        ((integral(b) - integral(a)) / at.width).clamp(0.0, 1.0)
+        mean(x, at.width, integral).clamp(0.0, 1.0)
     };
     1.0 - (1.0 - covered(at.st.x)) * (1.0 - covered(at.st.y))
 }
@@ -102,6 +108,19 @@ mod tests {
             }
             let filtered = lines(&Mapped { st: Vec2::new(x, y), width: w }, 0.1);
             assert!((mean - filtered).abs() < 5e-3, "{mean} {filtered}");
+        }
+    }
+
+    #[test]
+    fn narrow_filters_are_sharp() {
+        for (x, y) in [(1.25f32, 2.75f32), (-7.3, 0.2), (30.1, 30.8)] {
+            for exponent in 3..8 {
+                let st = Vec2::new(x, y);
+                let [sharp, narrow] =
+                    [0.0, 10f32.powi(-exponent)].map(|width| Mapped { st, width });
+                assert!((checkerboard(&narrow) - checkerboard(&sharp)).abs() < 1e-6);
+                assert!((lines(&narrow, 0.25) - lines(&sharp, 0.25)).abs() < 1e-6);
+            }
         }
     }
 
