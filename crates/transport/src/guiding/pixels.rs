@@ -15,7 +15,9 @@ use crate::saved::saved;
 const RADIUS: usize = 3;
 /// ε over the picture's mean value.
 const DIM: f32 = 0.1;
-/// Part of the pixels of largest error that (1) leaves out: rare, bright paths would hide all else.
+/// Part of the pixels of largest error that (1) and (2) leave out, of their means over the passes: of
+/// each pass alone they would leave out all that is rare and bright, and with it, where light is
+/// caught by chance, most of the variance, but not that of the cells that cause it.
 const OUTLIERS: f64 = 0.001;
 
 /// Grey values of the picture, as far as it is known.
@@ -30,8 +32,8 @@ pub struct Pixels {
     first: Vec<f32>,
     /// The pass before in this iteration.
     before: Vec<f32>,
-    /// Σ of (1) over the pairs of passes of this iteration, and how many.
-    errors: f64,
+    /// Σ of (1) over the pairs of passes of this iteration, of each pixel, and how many they are.
+    errors: Vec<f32>,
     pairs: u32,
     /// I, never 0; empty while nothing is known.
     measurements: Vec<f32>,
@@ -49,7 +51,7 @@ impl Pixels {
             passes: 0,
             first: Vec::new(),
             before: Vec::new(),
-            errors: 0.0,
+            errors: vec![0.0; width * height],
             pairs: 0,
             measurements: Vec::new(),
         }
@@ -86,8 +88,10 @@ impl Pixels {
             self.smooth();
         }
         if !self.before.is_empty() {
-            self.errors +=
-                0.5 * self.square(values.iter().copied().zip(self.before.iter().copied()));
+            let pairs = values.iter().zip(&self.before).zip(&self.measurements);
+            for (error, ((a, b), i)) in self.errors.iter_mut().zip(pairs) {
+                *error += 0.5 * ((a - b) / i).powi(2);
+            }
             self.pairs += 1;
         }
         self.before = values.to_vec();
@@ -101,8 +105,11 @@ impl Pixels {
 
     /// Ends an iteration: V̄ of its samples, if it had two passes and they were not alike.
     pub fn end(&mut self) -> Option<f32> {
-        let variance = (self.errors / f64::from(self.pairs.max(1))) as f32;
-        (self.errors, self.pairs) = (0.0, 0);
+        let scale = 1.0 / f64::from(self.pairs.max(1));
+        let errors = self.errors.iter().map(|&e| f64::from(e) * scale).collect();
+        let variance = trimmed(errors) as f32;
+        self.errors.fill(0.0);
+        self.pairs = 0;
         self.before.clear();
         self.smooth();
         (variance > 0.0).then_some(variance)
@@ -164,4 +171,31 @@ fn trimmed(mut errors: Vec<f64>) -> f64 {
     }
     errors.select_nth_unstable_by(kept, f64::total_cmp);
     errors[..kept].iter().sum::<f64>() / kept as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kaustika_math::mix_bits;
+
+    /// Samples are 1, and one in a thousand is 1001: the mean is 2, the relative variance 250. Each
+    /// pass of 2000 pixels has two such, as many as would be left out of it alone.
+    #[test]
+    fn what_is_rare_in_every_pass_is_in_the_variance() {
+        let (width, height) = (50, 40);
+        let mut pixels = Pixels::new(width, height);
+        let mut told = Vec::new();
+        for pass in 0..255u64 {
+            let value = |i: usize| {
+                let number = mix_bits(pass * 4096 + i as u64) >> 40;
+                if number % 1000 == 0 { 1001.0 } else { 1.0 }
+            };
+            pixels.learn(&(0..width * height).map(value).collect::<Vec<f32>>());
+            if (pass + 2).is_power_of_two() {
+                told.push(pixels.end());
+            }
+        }
+        let last = told.last().copied().flatten().expect("had many passes");
+        assert!((125.0..500.0).contains(&last), "{told:?}");
+    }
 }

@@ -86,11 +86,11 @@ const LEAST: f32 = 0.05;
 const MOST: f32 = 20.0;
 
 impl Splitting {
-    /// Least q that roulette by efficiency may have: that of the weight window, for a path whose
-    /// expected share is `z`. M is seldom known well: most records miss the bright light that
-    /// makes it, and a rule that believes them ends the paths that would find it.
-    fn gentle(&self, z: f32, scattered: u32) -> f32 {
-        if scattered == 0 { 1.0 } else { window::factor(z, self.window).min(1.0) }
+    /// Least q by efficiency: that of the weight window, for a path whose expected share is `z`. M
+    /// and V are seldom known well: most records miss the bright light that makes them, and a rule
+    /// that believes them ends the paths that would find it, and lets pass great weights.
+    fn least(&self, z: f32, scattered: u32) -> f32 {
+        if scattered == 0 { 1.0 } else { window::factor(z, self.window) }
     }
 
     /// q at a vertex.
@@ -106,7 +106,7 @@ impl Splitting {
             (Rule::Efficiency, Some(e)) => match &self.totals {
                 Some(totals) => {
                     let t = c.weight / c.measurement;
-                    efficiency::factor(t, e, totals).max(self.gentle(t * e.mean, c.scattered))
+                    efficiency::factor(t, e, totals).max(self.least(t * e.mean, c.scattered))
                 }
                 None => return Decision::Unknown,
             },

@@ -73,10 +73,12 @@ const MOST_TREES: f64 = 131_072.0;
 const MOST_WEIGHT: f32 = 1e3;
 /// Time for a ray of a tree over that of a plain path's: measured, see docs/guided.md.
 const DEARER: f32 = 2.0;
-/// When plain and guided paths are compared: passes done, and how many times dearer the guided may
-/// be, over the relative variance of a plain sample (at least 1). The greater that is, the more can
-/// still be gained, and the more of it one pass of plain paths has missed.
-const TRIALS: [(u64, f32); 3] = [(15, 0.25), (31, 0.25), (127, 0.125)];
+/// When plain and guided paths are compared: passes done.
+const TRIALS: [u64; 3] = [15, 31, 127];
+/// How many times dearer guided paths may be then, over the relative variance of a plain sample (at
+/// least 1). The greater that is, the more can still be gained, and the more of it plain paths have
+/// missed.
+const PATIENCE: f32 = 0.25;
 
 /// The method.
 #[derive(Debug)]
@@ -86,6 +88,8 @@ pub struct Guided {
     field: AnyField,
     pixels: Pixels,
     totals: Option<Totals>,
+    /// V̄ of the last two iterations.
+    variances: [Option<f32>; 2],
     /// Rays of this iteration, as costs.
     cost: f64,
     /// Weight of a pass, from the variance of those before.
@@ -108,6 +112,7 @@ impl Guided {
             params,
             pixels: Pixels::new(0, 0),
             totals: None,
+            variances: [None; 2],
             cost: 0.0,
             weight: 1.0,
             plain_cost: 0.0,
@@ -188,35 +193,40 @@ impl Guided {
                 self.plain_cost = cost;
             }
             let Some(variance) = self.pixels.end() else { return };
-            let before = self.totals.map_or(variance, |totals| totals.variance);
             self.totals = Some(Totals { variance, cost });
             let plain = self.pixels.plain();
             self.weight = (plain / variance).clamp(1.0 / MOST_WEIGHT, MOST_WEIGHT);
-            if self.params.fallback && !self.pays(index + 1, [before, variance], cost) {
+            if self.params.fallback && !self.pays(index + 1, variance, cost) {
                 self.plain = true;
                 self.weight = 1.0;
             }
+            self.variances = [self.variances[1], Some(variance)];
         }
     }
 }
 
 impl Guided {
-    /// False if plain paths should go on after the iteration that ends at so many passes. It had
-    /// the second variance, the one before it the first; a sample of it costs `cost`.
-    fn pays(&self, passes: u64, [before, variance]: [f32; 2], cost: f32) -> bool {
+    /// False if plain paths should go on after the iteration that ends at so many passes. Its samples
+    /// had this variance and cost.
+    fn pays(&self, passes: u64, variance: f32, cost: f32) -> bool {
         let plain = self.pixels.plain();
         if passes == 3 {
             // Even without variance trees would not be worth their time.
             return plain > DEARER;
         }
-        let Some((_, patience)) = TRIALS.iter().find(|(at, _)| *at == passes) else { return true };
+        if !TRIALS.contains(&passes) {
+            return true;
+        }
         let work = match passes <= self.params.warmup {
-            // As if two more iterations brought what this one brought, and then as many rays as
+            // As if two more iterations brought what the last two brought, and then as many rays as
             // plain paths have: while no path ends many more are traced.
-            true => variance * (variance / before).powi(2) * self.plain_cost,
+            true => {
+                let before = self.variances[0].unwrap_or(variance);
+                variance * (variance / before) * self.plain_cost
+            }
             false => variance * cost,
         };
-        work * DEARER <= (patience * plain).max(1.0) * plain * self.plain_cost
+        work * DEARER <= (PATIENCE * plain).max(1.0) * plain * self.plain_cost
     }
 }
 
@@ -306,6 +316,7 @@ impl Method for Guided {
         self.field.save(out)?;
         self.pixels.save(out)?;
         self.totals.save(out)?;
+        self.variances.save(out)?;
         (self.cost, self.weight).save(out)?;
         (self.plain_cost, self.plain).save(out)
     }
@@ -314,6 +325,7 @@ impl Method for Guided {
         self.field = Saved::load(from)?;
         self.pixels = Saved::load(from)?;
         self.totals = Saved::load(from)?;
+        self.variances = Saved::load(from)?;
         (self.cost, self.weight) = Saved::load(from)?;
         (self.plain_cost, self.plain) = Saved::load(from)?;
         Ok(())
