@@ -1,5 +1,5 @@
 //! The ground everything stands on: 3-vectors, transforms and their motion, frames, rays with error bounds,
-//! warps from the unit square and a few special functions.
+//! warps from the unit square, quadrature and a few special functions.
 //!
 //! Conventions: `f32` everywhere but where a comment says why not; right-handed unless a
 //! transform says otherwise; directions point away from the surface; matrices act on column
@@ -10,6 +10,7 @@ mod float;
 mod frame;
 pub mod lanes;
 mod motion;
+pub mod quadrature;
 pub mod ray;
 pub mod special;
 mod transform;

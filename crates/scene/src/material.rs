@@ -12,9 +12,9 @@ mod tables;
 
 use crate::bsdf::{
     Bsdf, CoatedConductor, CoatedDiffuse, Conductor, Dielectric, Diffuse, DiffuseTransmission,
-    Masking, Measured, MeasuredData, MeasuredPolarized, Model, MuellerData, Null, OrenNayar, Part,
-    Phong, Plastic, PlasticCoat, PolarizingFilter, RoughPlastic, RoughTransmittance,
-    ThinDielectric, Ward, relief_roughness,
+    HeightField, HeightFieldData, Masking, Measured, MeasuredData, MeasuredPolarized, Model,
+    MuellerData, Null, OrenNayar, Part, Phong, Plastic, PlasticCoat, PolarizingFilter,
+    RoughPlastic, RoughTransmittance, ThinDielectric, Ward, relief_roughness,
 };
 use crate::description::{
     MaterialId, MaterialModel, SceneDescription, SourceFormat, TangentSpace, TextureId,
@@ -55,6 +55,7 @@ enum Tables {
     Rough(Arc<RoughTransmittance>),
     Measured(Arc<MeasuredData>),
     MeasuredPolarized(Arc<MuellerData>),
+    HeightField(Arc<HeightFieldData>),
 }
 
 /// Where on the way down a nest of materials we are.
@@ -315,6 +316,13 @@ impl Materials {
                 out.push(place.part(Model::MetallicRoughness(model), place.weight));
                 return;
             }
+            M::HeightField { reflectance, .. } => match &self.tables[id.0 as usize] {
+                Some(Tables::HeightField(data)) => Model::HeightField(HeightField {
+                    data,
+                    reflectance: hit.spectrum(*reflectance),
+                }),
+                _ => return,
+            },
             M::Measured(_) => match &self.tables[id.0 as usize] {
                 Some(Tables::Measured(data)) => {
                     Model::Measured(Measured { data, lambda: *hit.lambda })

@@ -44,6 +44,7 @@ const KNOWN: &[&str] = &[
     "retarder",
     "circular",
     "grating",
+    "heightfield",
 ];
 
 /// Roughness below this is taken to be this, as Mitsuba does for its rough models.
@@ -132,6 +133,7 @@ impl<'a> Converter<'a> {
             "hk" => self.stand_in(object, "reflectance"),
             "hair" => self.hair(object),
             "grating" => self.grating(object),
+            "heightfield" => self.height_field(object),
             "measured" => self.measured(object),
             "measured_polarized" => self.measured_polarized(object),
             "irawan" => self.stand_in(object, ""),

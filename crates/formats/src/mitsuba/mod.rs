@@ -27,6 +27,7 @@ mod fibres;
 mod fields;
 mod find;
 mod gratings;
+mod height_fields;
 mod integrators;
 mod ior;
 mod matrix;

@@ -24,8 +24,9 @@ pub use data::MeasuredData;
 pub(super) use data::rgb_of_nodes;
 use kaustika_math::{Vec2, Vec3, sqr};
 use kaustika_spectra::{Spectrum, Wavelengths};
+use squares::bilinear;
 pub(super) use squares::interval;
-use squares::{Node, bilinear};
+pub(super) use squares::{Densities, Node};
 use std::f32::consts::PI;
 
 /// A measured material, one-sided.

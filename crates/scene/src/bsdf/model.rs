@@ -2,9 +2,9 @@
 
 use super::{
     BsdfSample, CoatedConductor, CoatedDiffuse, Coating, Conductor, Dielectric, Diffuse,
-    DiffuseTransmission, Grating, Hair, Lobes, Measured, MeasuredPolarized, MetallicRoughness,
-    Mode, Null, OrenNayar, Phong, Plastic, PolarizingFilter, Principled, PrincipledThin,
-    RoughPlastic, Scatter, ThinDielectric, Ward,
+    DiffuseTransmission, Grating, Hair, HeightField, Lobes, Measured, MeasuredPolarized,
+    MetallicRoughness, Mode, Null, OrenNayar, Phong, Plastic, PolarizingFilter, Principled,
+    PrincipledThin, RoughPlastic, Scatter, ThinDielectric, Ward,
 };
 use kaustika_math::{Vec2, Vec3};
 use kaustika_spectra::Spectrum;
@@ -89,6 +89,8 @@ models! {
     Grating(Grating<'a>),
     /// A fibre.
     Hair(Hair),
+    /// Bumps seen from afar.
+    HeightField(HeightField<'a>),
     /// What was measured.
     Measured(Measured<'a>),
     /// What was measured, with its polarization.
@@ -107,6 +109,7 @@ fn rare_models_are_no_larger_than_frequent_ones() {
         size_of::<Coating>(),
         size_of::<Grating>(),
         size_of::<Hair>(),
+        size_of::<HeightField>(),
         size_of::<Measured>(),
         size_of::<MeasuredPolarized>(),
     ];

@@ -210,6 +210,15 @@ pub enum MaterialModel {
     MetallicRoughness(Box<MetallicRoughnessDesc>),
     /// A diffraction grating.
     Grating(GratingDesc),
+    /// A relief of small mirrors seen from afar (Cabral, Max & Springmeyer 1987).
+    HeightField {
+        /// Heights over the unit square of u and v.
+        heights: TextureId,
+        /// The height of 1, in units of u and v.
+        scale: f32,
+        /// What the mirrors reflect.
+        reflectance: TextureId,
+    },
     /// Hair and fur (Chiang et al. 2016), of pbrt and Mitsuba 3.
     Hair(HairDesc),
     /// Measured (Dupuy & Jakob 2018), of pbrt and Mitsuba 3.

@@ -1,11 +1,17 @@
 //! What is computed of materials before rendering.
 
 use super::Tables;
-use crate::bsdf::{MeasuredData, Microfacet, MuellerData, PlasticCoat, RoughTransmittance};
-use crate::description::{MaterialDesc, MaterialModel, MeasuredBrdf};
-use crate::texture::Textures;
+use crate::bsdf::{
+    HeightFieldData, MeasuredData, Microfacet, MuellerData, PlasticCoat, RoughTransmittance,
+};
+use crate::description::{MaterialDesc, MaterialModel, MeasuredBrdf, TextureId};
+use crate::texture::{TexturePoint, Textures};
+use kaustika_math::{Vec2, Vec3};
 use kaustika_spectra::ColorMode;
 use std::sync::Arc;
+
+/// Nodes of a height field along each side.
+const HEIGHTS: usize = 512;
 
 /// The tables of each material that has some; equal measurements share theirs.
 pub(super) fn of_all(
@@ -20,6 +26,11 @@ pub(super) fn of_all(
             all.push(Some(Tables::MeasuredPolarized(Arc::new(MuellerData::new(desc)))));
             continue;
         }
+        if let MaterialModel::HeightField { heights, scale, .. } = material.model {
+            let data = relief(textures, heights, scale);
+            all.push(Some(Tables::HeightField(Arc::new(data))));
+            continue;
+        }
         let MaterialModel::Measured(brdf) = &material.model else {
             all.push(coat(&material.model, textures));
             continue;
@@ -32,6 +43,24 @@ pub(super) fn of_all(
         all.push(Some(Tables::Measured(data)));
     }
     all
+}
+
+/// The tables of a texture's heights over the unit square of u and v.
+fn relief(textures: &Textures, heights: TextureId, scale: f32) -> HeightFieldData {
+    let at = |k: usize| (k as f32 + 0.5) / HEIGHTS as f32;
+    let height = |k: usize| {
+        let uv = Vec2::new(at(k % HEIGHTS), at(k / HEIGHTS));
+        let point = TexturePoint {
+            p: Vec3::new(uv.x, uv.y, 0.0),
+            n: Vec3::Z,
+            uv,
+            uv_width: 0.0,
+            triangle: u32::MAX,
+            barycentrics: Vec2::ZERO,
+        };
+        scale * textures.float(heights, &point)
+    };
+    HeightFieldData::new(HEIGHTS, (0..HEIGHTS * HEIGHTS).map(height).collect())
 }
 
 /// The tables of a plastic or a rough coat.

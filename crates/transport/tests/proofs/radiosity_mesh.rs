@@ -37,29 +37,46 @@ fn iterations_end_when_little_is_left() {
     }
 }
 
-/// A square under a lossless mirror that shows the sky below: π F of the mirror (L S+ D). Without
-/// extended form factors it is black.
-#[test]
-fn mirrors_show_what_surrounds_the_scene() {
+/// A tiny square under a lossless mirror of half side `side` that shows the sky below: its irradiance by the
+/// mirror, π F = 4 x atan x with x = side/√(1 + side²), and what is found of it by its patches.
+fn by_a_mirror(side: f32, patches: usize, rays: u32, extended: bool) -> (f64, Vec<f64>) {
     let mut stage = Stage::new();
     let (white, mirror) = (stage.diffuse(0.5), stage.metal(0.0));
-    stage.shape(GeometryDesc::Rectangle, scale(0.01, 0.01, 1.0), white);
-    let above = at(0.0, 0.0, 1.0) * down() * scale(3.0, 3.0, 1.0);
+    stage.shape(GeometryDesc::Rectangle, scale(0.001, 0.001, 1.0), white);
+    let above = at(0.0, 0.0, 1.0) * down() * scale(side, side, 1.0);
     stage.shape(GeometryDesc::Rectangle, above, mirror);
     stage.sky(1.0);
     let scene = stage.build();
-    let mesh = meshed(&scene, 8);
-    let x = 3.0 / 10.0f64.sqrt();
-    let truth = 4.0 * x * x.atan();
-    for (extended, expected) in [(true, truth), (false, 0.0)] {
-        let ff = FormFactors::new(&scene, &mesh, FormFactorKind::Rays, 65_536, extended);
-        let light = ff.by_mirrors(true, |_| ());
-        let of = |i: usize| &mesh.elements[ff.patches[i] as usize];
-        let upper = (0..ff.len()).filter(|&i| of(i).normal.z > 0.0 && of(i).center().z == 0.0);
-        for i in upper {
-            close("by the mirror", f64::from(light[i].0[0]), expected, 0.01);
-        }
-    }
+    let mesh = meshed(&scene, patches);
+    let ff = FormFactors::new(&scene, &mesh, FormFactorKind::Rays, rays, extended);
+    let light = ff.by_mirrors(true, |_| ());
+    let of = |i: usize| &mesh.elements[ff.patches[i] as usize];
+    let upper = (0..ff.len()).filter(|&i| of(i).normal.z > 0.0 && of(i).center().z == 0.0);
+    let side = f64::from(side);
+    let x = side / (1.0 + side * side).sqrt();
+    (4.0 * x * x.atan(), upper.map(|i| f64::from(light[i].0[0])).collect())
+}
+
+/// Without extended form factors it is black.
+#[test]
+fn mirrors_show_what_surrounds_the_scene() {
+    let (truth, found) = by_a_mirror(3.0, 8, 65_536, true);
+    found.iter().for_each(|h| close("by the mirror", *h, truth, 0.01));
+    assert!(by_a_mirror(3.0, 8, 1024, false).1.iter().all(|h| *h == 0.0));
+}
+
+/// Of a small mirror, which a hundredth of the rays meet by their cosine, 1024 rays know the irradiance within
+/// 1/√(1024 F), 28 %. As many more that look where light was found to come from know it within a fifth of
+/// that, and are right on average: within 1 %, three standard errors and more of the mean of 250 patches.
+#[test]
+fn small_mirrors_are_looked_for() {
+    let (truth, found) = by_a_mirror(0.1, 512, 1024, true);
+    assert!(found.len() > 200, "{}", found.len());
+    let n = found.len() as f64;
+    let mean = found.iter().sum::<f64>() / n;
+    let rms = (found.iter().map(|h| (h / truth - 1.0).powi(2)).sum::<f64>() / n).sqrt();
+    close("on average", mean, truth, 0.01);
+    assert!(rms < 0.28 / 5.0, "{rms}");
 }
 
 /// What a bilinear filter reads at a place of a map.
@@ -139,6 +156,18 @@ fn matte_patches_are_those_of_radiosity() {
     for (a, b) in solve(0).iter().zip(solve(3)) {
         close("irradiance", f64::from(a.0[0]), f64::from(b.0[0]), 1e-4);
     }
+}
+
+/// Patches that are a scene's triangles as they are, are told.
+#[test]
+fn a_mesh_that_divides_little_says_so() {
+    let scene = one_wall().build();
+    let remarks = |patches: u32| {
+        let p = json!({"solver": "jacobi", "samples": 16, "patches": patches});
+        crate::radiosity::prepared(&scene, p).remarks()
+    };
+    assert!(remarks(30)[0].contains("set `patches` to several times"), "{:?}", remarks(30));
+    assert!(remarks(300).is_empty());
 }
 
 #[test]

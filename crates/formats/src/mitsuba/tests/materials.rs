@@ -379,6 +379,17 @@ fn gratings_and_their_faults() {
 }
 
 #[test]
+fn height_fields() {
+    let (d, m) = model(
+        r#"<bsdf type="heightfield"><texture name="heights" type="checkerboard"/>
+        <float name="scale" value="0.02"/></bsdf>"#,
+    );
+    let MaterialModel::HeightField { heights, scale, reflectance } = m else { panic!("{m:?}") };
+    assert!(matches!(node(&d, heights), TextureNode::Checkerboard { .. }));
+    assert_eq!((scale, float(&d, reflectance)), (0.02, 1.0));
+}
+
+#[test]
 fn polarizing_filters() {
     let (d, m) = model(r#"<bsdf type="polarizer"><spectrum name="theta" value="90"/></bsdf>"#);
     let MaterialModel::Filter { element: FilterModel::Linear { theta }, transmittance } = m else {

@@ -15,14 +15,14 @@ use kaustika_sampling::distribution::{linear_inverse, sample_linear};
 
 /// Four tables and what each counts.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Node {
+pub(in crate::bsdf) struct Node {
     pub(super) tables: [usize; 4],
     pub(super) weights: [f32; 4],
 }
 
 impl Node {
     /// Around a direction on a grid of azimuths and angles (the second runs faster).
-    pub(super) fn at(phi: (&[f32], f32), theta: (&[f32], f32)) -> Node {
+    pub(in crate::bsdf) fn at(phi: (&[f32], f32), theta: (&[f32], f32)) -> Node {
         let (p, tp) = interval(phi.0, phi.1);
         let (t, tt) = interval(theta.0, theta.1);
         let next = |i: usize, n: usize| (i + 1).min(n - 1);
@@ -74,7 +74,7 @@ pub(super) fn bilinear(table: &SquareTable, grid: usize, p: Vec2) -> f32 {
 
 /// Densities over the square, one for each direction of a grid.
 #[derive(Debug)]
-pub(super) struct Densities {
+pub(in crate::bsdf) struct Densities {
     /// Each integrates to 1.
     table: SquareTable,
     /// C of (1) at the nodes of each row.
@@ -86,7 +86,7 @@ pub(super) struct Densities {
 impl Densities {
     /// Proportional to the tables, whose negative values count as zero; uniform where a table has
     /// nothing else.
-    pub(super) fn new(table: &SquareTable) -> Densities {
+    pub(in crate::bsdf) fn new(table: &SquareTable) -> Densities {
         let (w, h) = (table.width, table.height);
         let (dx, dy) = (1.0 / (w - 1) as f64, 1.0 / (h - 1) as f64);
         let mut out = Densities {
@@ -148,7 +148,7 @@ impl Densities {
     }
 
     /// A point for `u` in [0, 1)²: (2). Its density follows from [`Densities::pdf`].
-    pub(super) fn sample(&self, node: &Node, u: Vec2) -> Vec2 {
+    pub(in crate::bsdf) fn sample(&self, node: &Node, u: Vec2) -> Vec2 {
         let (w, h) = (self.table.width, self.table.height);
         let j = last_not_above(h - 1, u.y, |j| self.rows(node, j));
         let (low, high) = (self.rows(node, j), self.rows(node, j + 1));
@@ -178,7 +178,7 @@ impl Densities {
     }
 
     /// The density at `p`.
-    pub(super) fn pdf(&self, node: &Node, p: Vec2) -> f32 {
+    pub(in crate::bsdf) fn pdf(&self, node: &Node, p: Vec2) -> f32 {
         node.mean(|grid| bilinear(&self.table, grid, p))
     }
 }

@@ -7,6 +7,9 @@
 //! link if P max(Vκ, δ) ≤ ε, or nothing can be divided                               (7)
 //! ```
 //!
+//! More rays ask where few could not tell: those that all agree, of a link that is otherwise good enough. Or
+//! every link above some power would be refined for the rays' sake, at every level, whatever its κ.
+//!
 //! (7) is brightness-weighted refinement (Hanrahan et al. 1991): what is dark, small or far is linked
 //! coarsely. (5) lets even light through that is strong; (6) goes on where something is partly in
 //! the way. Of the two nodes the larger is divided. F between elements is Lambert's formula from
@@ -28,6 +31,8 @@ use std::f32::consts::PI;
 const MOST_LINKS: usize = 1 << 26;
 /// Rays that ask what is between two nodes.
 const RAYS: (f32, f32) = (4.0, 32.0);
+/// At most, where these all agree.
+const MORE_RAYS: f32 = 512.0;
 /// Attempts to find points that face each other, for each ray.
 const ATTEMPTS: u32 = 4;
 
@@ -171,8 +176,16 @@ impl Hierarchy<'_, '_> {
             return Some(Link { p: p.into(), q: q.into(), f, doubt: most });
         }
         let power = self.sent_over(p, q) * most;
-        let rays = (0.25 * power / error.max(f32::MIN_POSITIVE)).clamp(RAYS.0, RAYS.1);
-        let (v, asked) = self.visible(p, q, rays as u32);
+        let part = power / error.max(f32::MIN_POSITIVE);
+        let mut rays = (0.25 * part).clamp(RAYS.0, RAYS.1);
+        let (mut v, mut asked) = self.visible(p, q, rays as u32);
+        let agree = |v: f32| v == 0.0 || v == 1.0;
+        // (6) of n rays that agree is below 1/part from n of part/2 on.
+        let needed = 0.5 * part;
+        if agree(v) && v * uneven * part <= 1.0 && rays < needed && needed < MORE_RAYS {
+            rays = needed.ceil();
+            (v, asked) = self.visible(p, q, rays as u32);
+        }
         let hidden = (4.0 * v * (1.0 - v)).max(0.5 / (asked + 1) as f32);
         let doubt = most * (v * uneven).max(hidden); // (6)
         Some(Link { p: p.into(), q: q.into(), f: f * v, doubt })
