@@ -7,7 +7,6 @@
 mod bidirectional;
 mod candidates;
 mod erpt;
-mod inner;
 mod kept;
 mod lens_subpath;
 mod manifold;
@@ -45,7 +44,7 @@ use std::io::{self, Read, Write};
 /// What Metropolis light transport in path space is.
 pub static INFO: MethodInfo = MethodInfo {
     name: "mlt",
-    summary: "Metropolis light transport: mutations of whole paths: bidirectional, lens, caustic, multi-chain, lens subpath, inner and manifold",
+    summary: "Metropolis light transport: mutations of whole paths: bidirectional, lens, caustic, multi-chain, lens subpath and manifold",
     path_class: "L(D|S)*E",
     misses: "caustics of lights without extent that are seen through mirrors or clear glass alone; light of beams; paths of more than 64 bounces",
     bias: Bias::Unbiased,
