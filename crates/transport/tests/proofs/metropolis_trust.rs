@@ -106,10 +106,10 @@ fn chains_that_keep_to_parts_are_told() {
         let (method, _) = render(&scene, method, &all, 40, 730);
         let remarks = method.remarks();
         assert!(
-            remarks.len() <= 3 && remarks[0].contains("32 chains of 1920 steps"),
+            remarks.len() <= 4 && remarks[0].contains("32 chains of 1920 steps"),
             "{remarks:?}"
         );
-        remarks.iter().any(|r| r.starts_with("warning"))
+        remarks.iter().any(|r| r.starts_with("warning: chains keep"))
     };
     for method in ["pssmlt", "mmlt", "mlt"] {
         assert!(!warned(method, json!({})), "{method}");
@@ -121,4 +121,43 @@ fn chains_that_keep_to_parts_are_told() {
     assert!(warned("mmlt", small.clone()));
     assert!(warned("pssmlt", small));
     assert!(warned("pssmlt", over_path));
+}
+
+/// A room with a large lamp.
+fn even() -> Scene {
+    let mut stage = room();
+    stage.lamp(GeometryDesc::Rectangle, at(0.2, 0.1, 1.7) * down() * scale(0.8, 0.8, 1.0), 2.0);
+    stage.camera(pinhole(60.0), look(v(0.1, -2.6, 1.0), v(0.0, 0.0, 0.7)), SIZE);
+    stage.build()
+}
+
+/// A room seen through a pane of glass, with a lamp above it too that hardly any path meets by chance.
+fn rare() -> Scene {
+    let mut stage = room();
+    let glass = stage.glass(1.5, 0.0);
+    stage.shape(GeometryDesc::Rectangle, at(0.0, 0.0, 1.2) * scale(2.0, 2.0, 1.0), glass);
+    let lamp = at(0.2, 0.1, 1.7) * down() * scale(0.04, 0.04, 1.0);
+    stage.lamp(GeometryDesc::Rectangle, lamp, 500.0);
+    stage.camera(pinhole(60.0), look(v(0.1, -1.5, 1.8), v(0.0, 0.0, 0.3)), SIZE);
+    stage.build()
+}
+
+#[test]
+fn brightness_that_rests_on_few_candidates_is_told() {
+    let (rare, even) = (rare(), even());
+    let warned = |scene: &Scene, method: &str| {
+        // As many paths of each: those of `erpt` are new in each pass.
+        let p = match method {
+            "erpt" => json!({"max_depth": 5, "bootstrap": 4096}),
+            _ => json!({
+                "max_depth": 5, "steps": 1, "chains": 64, "bootstrap": 6144, "brightness_error": 1.0,
+            }),
+        };
+        let (method, _) = render(scene, method, &p, 4, 740);
+        method.remarks().iter().any(|r| r.starts_with("warning: few of"))
+    };
+    for method in ["pssmlt", "mmlt", "mlt", "erpt"] {
+        assert!(warned(&rare, method), "{method}");
+        assert!(!warned(&even, method), "{method}");
+    }
 }
