@@ -8,9 +8,9 @@ Every method renders with seeds 1, 2, .... Over tiles of 16 x 16 pixels and seed
 
     chi2 = Σ ((x - mean over seeds) / reported)² / ((seeds - 1) tiles)
 
-`reported` is the layer TileError; of `erpt`, whose passes are independent, it comes from sixteen shares of them. About 15/13 is right for errors from 16 groups, and 0.7 to 1.4 is accepted. bias: the same of the mean over
+`reported` is the layer TileError; of `erpt`, whose passes are independent, it comes from sixteen shares of them, and the warning from a render of them all. About 15/13 is right for errors from 16 groups, and 0.7 to 1.4 is accepted. bias: the same of the mean over
 seeds against the reference, whose own error comes from its layer StdError (independent pixels), a degree of freedom, with the number of
-tiles and the p-value. warned: how many renders told that chains keep to parts of the picture. Runs in a Python with numpy and OpenImageIO.
+tiles and the p-value. warned: how many renders warned that chains keep to parts of the picture, or that few candidates have most of its light. Runs in a Python with numpy and OpenImageIO.
 """
 import argparse
 import math
@@ -68,7 +68,7 @@ class Program:
         done = subprocess.run([*self.command, *extra], capture_output=True, text=True)
         if done.returncode:
             raise SystemExit(done.stderr)
-        return layers(self.out), "warning: chains keep" in done.stderr
+        return layers(self.out), "warning: " in done.stderr
 
     def tiles(self, seed, spp):
         """Means and errors of tiles, and whether the render warned."""
@@ -76,7 +76,8 @@ class Program:
             edges = [spp * i // SHARES for i in range(SHARES + 1)]
             parts = [self.layers("--seed", str(seed), "--passes", f"{a}..{b}")[0] for a, b in zip(edges, edges[1:])]
             means = np.array([tiles(p["G"]) for p in parts])
-            return means.mean(0), means.std(0, ddof=1) / math.sqrt(SHARES), False
+            _, warned = self.layers("--seed", str(seed))
+            return means.mean(0), means.std(0, ddof=1) / math.sqrt(SHARES), warned
         picture, warned = self.layers("--seed", str(seed))
         return tiles(picture["G"]), tiles(picture["TileError.G"]), warned
 

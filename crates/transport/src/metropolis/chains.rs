@@ -4,7 +4,7 @@ use super::Draws;
 use super::coverage::{Visitor, coverage};
 use super::film::{self, Schedule};
 use super::groups::{Errors, Groups};
-use super::seeds::{Seeds, Start, Startup};
+use super::seeds::{Moments, Seeds, Startup};
 use super::tally::Tally;
 use super::tiles::Tiles;
 use crate::frame::Frame;
@@ -23,12 +23,9 @@ const COVERED: f64 = 0.5;
 /// Chains whose states are `W`, in groups that are renders of their own.
 #[derive(Debug)]
 pub struct Chains<W> {
-    /// b over all groups: the picture's brightness, summed over pixels, without what is rendered
-    /// separately.
-    pub brightness: f64,
-    /// Its standard error.
-    pub error: f64,
-    candidates: u64,
+    /// What candidates tell of b, over all groups: the picture's brightness, summed over pixels, without
+    /// what is rendered separately.
+    pub candidates: Moments,
     size: [u32; 2],
     /// Steps that each has made.
     steps: u64,
@@ -59,9 +56,7 @@ impl<W> Moved<W> {
 impl<W> Default for Chains<W> {
     fn default() -> Self {
         Chains {
-            brightness: 0.0,
-            error: 0.0,
-            candidates: 0,
+            candidates: Moments::default(),
             size: [0; 2],
             steps: 0,
             of_groups: Vec::new(),
@@ -80,7 +75,7 @@ impl<W: Saved + Clone + Send + Sync + Visitor> Chains<W> {
         seeds: &Seeds,
         startup: Startup,
         mut draws: Draws,
-        mut make: impl FnMut(Start, u64) -> Option<W>,
+        mut make: impl FnMut(u64, u64) -> Option<W>,
     ) -> Chains<W> {
         let Schedule { groups, chains, .. } = schedule;
         let (mut walks, mut group) = (Vec::with_capacity(chains), Vec::with_capacity(chains));
@@ -94,9 +89,7 @@ impl<W: Saved + Clone + Send + Sync + Visitor> Chains<W> {
             }
         }
         Chains {
-            brightness: seeds.brightness(),
-            error: seeds.error(),
-            candidates: seeds.candidates(),
+            candidates: seeds.moments,
             size: frame.size(),
             steps: 0,
             of_groups: (0..groups).map(|g| seeds.brightness_of(g)).collect(),
@@ -217,7 +210,7 @@ impl<W: Saved + Clone + Send + Sync + Visitor> Chains<W> {
 
     /// See [`Method::remarks`](crate::Method::remarks).
     pub fn remarks(&self) -> Vec<String> {
-        let (Some(errors), true) = (self.groups.errors(), self.brightness > 0.0) else {
+        let (Some(errors), true) = (self.groups.errors(), self.candidates.mean() > 0.0) else {
             return Vec::new();
         };
         let percent = |x: f64| 100.0 * x;
@@ -226,7 +219,7 @@ impl<W: Saved + Clone + Send + Sync + Visitor> Chains<W> {
             "{} chains of {} steps: brightness known to {:.1} %, groups disagree (R-hat > {AGREE}) on tiles with {:.0} % of their light, longest stand {} steps",
             self.walks.len(),
             self.steps,
-            percent(self.error / self.brightness),
+            percent(self.candidates.error() / self.candidates.mean()),
             percent(Self::apart(&errors)),
             self.tally.still[1],
         )];
@@ -238,17 +231,14 @@ impl<W: Saved + Clone + Send + Sync + Visitor> Chains<W> {
                 ));
             }
         }
+        remarks.extend(self.candidates.warning());
         remarks
     }
 
     /// See [`Method::report`](crate::Method::report); the strategies by name.
     pub fn report(&self, strategies: &[&str]) -> Vec<(String, f64)> {
-        let mut report = vec![
-            ("brightness".into(), self.brightness),
-            ("brightness_error".into(), self.error),
-            ("candidates".into(), self.candidates as f64),
-            ("chains".into(), self.walks.len() as f64),
-        ];
+        let mut report = self.candidates.report();
+        report.push(("chains".into(), self.walks.len() as f64));
         report.extend(self.tally.report(strategies));
         if let Some(errors) = self.groups.errors() {
             let [tiles, lengths] = self.coverage(&errors);

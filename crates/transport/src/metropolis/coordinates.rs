@@ -29,6 +29,11 @@ pub struct Coordinates {
 saved!(Coordinates { values, moved });
 
 impl Coordinates {
+    /// Whose first number is this, at the first [`Moment`].
+    pub fn of(first: f32) -> Coordinates {
+        Coordinates { values: vec![first], moved: vec![0] }
+    }
+
     /// Becomes another's copy, in the memory it has.
     pub fn copy_from(&mut self, other: &Coordinates) {
         self.values.clone_from(&other.values);

@@ -1,47 +1,132 @@
 //! Where chains start, and how bright the picture is.
 //!
 //! ```text
-//! b_g = Σ_k (1/n_k) Σᵢ Wᵢ                     the film's brightness, of n_k candidates of kind k   (1)
-//! P(start = xᵢ) = (Wᵢ / n_k) / b_g            no start-up bias, however short chains are          (2)
-//! N_k = σ_k Σ_j σ_j / (ε b)²                  as many as make the error of b a share ε    (3)
+//! b_g = (1/n) Σᵢ Wᵢ                           the film's brightness, of n candidates of group g   (1)
+//! P(start = xᵢ) = Wᵢ / (n b_g)                no start-up bias, however short chains are          (2)
+//! N = (σ / (ε b))²                            as many as make the error of b a share ε            (3)
+//! τ = Σ W⁴ / (Σ W²)²                          one over how many candidates tell σ²                (4)
 //! ```
 //!
 //! Veach 1997, sec. 11.3.1: with b as the weight of every chain, b times the choice (2) is right on
-//! average over candidates, whatever their number, and a Metropolis step leaves it right. Kinds
-//! are lengths of paths where chains keep to theirs. Each group g of chains has candidates of its own, so
-//! that groups are independent renders. (3) is Neyman's allocation (1934); σ comes from a trial with other
-//! candidates, so that a lucky one does not end the search.
+//! average over candidates, whatever their number, and a Metropolis step leaves it right. Each group g of
+//! chains has candidates of its own, so that groups are independent renders. In (3) σ comes from a trial with
+//! other candidates, so that a lucky one does not end the search. Where few of them have most of the
+//! light, σ itself is mostly too small: the trial grows until (4) is small, and where it stays large as
+//! many are taken as may be. Choices are stratified by the lengths of paths.
 
 use super::Draws;
-use crate::method::{PassStats, RenderError};
+use crate::method::RenderError;
 use crate::workers::Workers;
 use rayon::prelude::*;
 
 /// Candidates of a chunk.
 const CHUNK: u64 = 256;
-/// A trial has this part of the candidates that are wanted at least, and what it asks for is limited
-/// to so many times them.
+/// A trial has this part of the candidates that are wanted at least, and no more than this part of those
+/// that may be.
 const TRIAL: u64 = 4;
-const MOST: f64 = 16.0;
+/// Candidates are at most so many times those that are wanted at least.
+const MOST: u64 = 16;
+/// 1/τ of (4) below which σ is not known.
+const FEW: f64 = 32.0;
 
-/// Candidates for the starts of chains, with their weights.
-#[derive(Clone, Debug, Default)]
-pub struct Seeds {
-    /// Wᵢ, kind by kind.
-    weights: Vec<f64>,
-    kinds: Vec<Kind>,
-    groups: usize,
+/// Relative error of b above which candidates that [rest on few](Moments::rests_on_few) are warned of.
+const KNOWN: f64 = 0.03;
+
+/// What a candidate is worth: W, and the bounces of its path.
+pub type Worth = (f64, u8);
+
+/// Sums over candidates.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Moments {
+    count: u64,
+    /// Σ W, Σ W², Σ W⁴.
+    sums: [f64; 3],
 }
 
-/// Candidates of a kind.
-#[derive(Clone, Copy, Debug, Default)]
-struct Kind {
-    /// The first one.
-    first: usize,
-    count: u64,
-    mean: f64,
+impl Moments {
+    /// One more.
+    pub fn push(&mut self, w: f64) {
+        self.count += 1;
+        let squared = w * w;
+        let powers = [w, squared, squared * squared];
+        self.sums.iter_mut().zip(powers).for_each(|(sum, p)| *sum += p);
+    }
+
+    /// Those of another, too.
+    pub fn add(&mut self, o: &Moments) {
+        self.count += o.count;
+        self.sums.iter_mut().zip(o.sums).for_each(|(sum, o)| *sum += o);
+    }
+
+    /// b.
+    pub fn mean(&self) -> f64 {
+        self.sums[0] / self.count.max(1) as f64
+    }
+
     /// σ².
-    variance: f64,
+    fn variance(&self) -> f64 {
+        let n = self.count as f64;
+        let mean = self.mean();
+        (self.sums[1] / n.max(1.0) - mean * mean).max(0.0) * n / (n - 1.0).max(1.0)
+    }
+
+    /// The standard error of b.
+    pub fn error(&self) -> f64 {
+        (self.variance() / self.count.max(1) as f64).sqrt()
+    }
+
+    /// 1/τ of (4).
+    fn tell(&self) -> f64 {
+        let [_, squares, fourths] = self.sums;
+        if fourths > 0.0 { squares * squares / fourths } else { 0.0 }
+    }
+
+    /// True if so few candidates have most of the light that the error of b is not known.
+    pub fn rests_on_few(&self) -> bool {
+        self.tell() < FEW
+    }
+
+    /// What there is to warn of.
+    pub fn warning(&self) -> Option<String> {
+        let error = self.error() / self.mean();
+        (self.rests_on_few() && error > KNOWN).then(|| {
+            format!(
+                "warning: few of {} candidates have most of the light: the picture's brightness, known to {:.1} % or worse, and the errors of its pixels are not sure; more candidates are needed (bootstrap; of erpt passes)",
+                self.count,
+                100.0 * error,
+            )
+        })
+    }
+
+    /// See [`Method::report`](crate::Method::report).
+    pub fn report(&self) -> Vec<(String, f64)> {
+        vec![
+            ("brightness".into(), self.mean()),
+            ("brightness_error".into(), self.error()),
+            ("candidates".into(), self.count as f64),
+            ("candidates_that_tell_the_error".into(), self.tell()),
+        ]
+    }
+
+    /// (3) for ε = `precision`, at least `fewest` and not many times more.
+    fn plan(&self, fewest: u64, precision: f64) -> u64 {
+        let most = MOST * fewest;
+        let allowed = (precision * self.mean()).powi(2);
+        match self.rests_on_few() {
+            _ if allowed == 0.0 => fewest,
+            true => most,
+            _ => ((self.variance() / allowed) as u64).clamp(fewest, most),
+        }
+    }
+}
+
+/// Candidates for the starts of chains, with what they are worth.
+#[derive(Clone, Debug, Default)]
+pub struct Seeds {
+    worth: Vec<Worth>,
+    groups: usize,
+    /// Over all of them.
+    pub moments: Moments,
 }
 
 /// How chains start.
@@ -56,79 +141,62 @@ pub enum Startup {
     Discard,
 }
 
-/// A start: which candidate of which kind.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Start {
-    /// The kind.
-    pub kind: usize,
-    /// The candidate's number among those of its kind.
-    pub number: u64,
-}
-
-/// Candidates of a trial before `fewest` of each kind.
-pub fn of_trial(fewest: &[u64]) -> Vec<u64> {
-    fewest.iter().map(|n| n.div_ceil(TRIAL)).collect()
-}
-
 impl Seeds {
-    /// Weighs at least `counts[k]` candidates of each kind k, as many for each of `groups`; `weigh` finds
-    /// Wᵢ of a candidate, in room of its thread.
+    /// As many candidates as (3) asks for, at least `fewest`, as many for each of `groups`. `weigh` tells
+    /// what a candidate is worth, in room of its thread; its other argument is true of those of the trial.
     ///
     /// # Errors
     /// If cancelled.
     pub fn find<S: Send>(
         workers: &Workers,
-        (counts, groups): (&[u64], usize),
+        (fewest, groups, precision): (u64, usize, f64),
         room: impl Fn() -> S + Sync,
-        weigh: impl Fn(&mut S, Start, &mut PassStats) -> f64 + Sync,
-        stats: &mut PassStats,
+        weigh: impl Fn(&mut S, u64, bool) -> Worth + Sync,
     ) -> Result<Seeds, RenderError> {
-        let mut seeds = Seeds { groups, ..Seeds::default() };
-        for (kind, count) in counts.iter().enumerate() {
-            let count = count.next_multiple_of(groups as u64);
-            let chunk = |room: &mut S, c: u64| {
-                let mut stats = PassStats::default();
-                let numbers = c * CHUNK..count.min((c + 1) * CHUNK);
-                let mut one = |number| match weigh(room, Start { kind, number }, &mut stats) {
-                    w if w.is_finite() => w,
-                    _ => 0.0,
-                };
-                let weights: Vec<f64> = numbers.map(&mut one).collect();
-                (!workers.cancelled()).then_some((weights, stats))
-            };
-            let found: Vec<Option<(Vec<f64>, PassStats)>> = workers.install(|| {
-                (0..count.div_ceil(CHUNK)).into_par_iter().map_init(&room, chunk).collect()
-            });
-            let first = seeds.weights.len();
-            let (mut sum, mut squares) = (0.0, 0.0);
-            for chunk in found {
-                let (weights, work) = chunk.ok_or(RenderError::Cancelled)?;
-                *stats += work;
-                sum += weights.iter().sum::<f64>();
-                squares += weights.iter().map(|w| w * w).sum::<f64>();
-                seeds.weights.extend(weights);
+        let of_trial = |room: &mut S, number| weigh(room, number, true);
+        let mut trial = Seeds { groups: 1, ..Seeds::default() };
+        let mut size = fewest.div_ceil(TRIAL);
+        while precision < 1.0 && size <= MOST * fewest / TRIAL {
+            trial.grow(workers, size, &room, of_trial)?;
+            if !trial.moments.rests_on_few() {
+                break;
             }
-            let n = count as f64;
-            let mean = sum / n;
-            let variance = (squares / n - mean * mean).max(0.0) * n / (n - 1.0).max(1.0);
-            seeds.kinds.push(Kind { first, count, mean, variance });
+            size *= 2;
         }
+        let count = trial.moments.plan(fewest, precision);
+        let mut seeds = Seeds { groups, ..Seeds::default() };
+        let count = count.next_multiple_of(groups as u64);
+        seeds.grow(workers, count, &room, |room, number| weigh(room, number, false))?;
         Ok(seeds)
     }
 
-    /// How many candidates there are.
-    pub fn candidates(&self) -> u64 {
-        self.weights.len() as u64
-    }
-
-    /// b over all groups.
-    pub fn brightness(&self) -> f64 {
-        self.kinds.iter().map(|k| k.mean).sum()
-    }
-
-    /// The standard error of b.
-    pub fn error(&self) -> f64 {
-        self.kinds.iter().map(|k| k.variance / k.count as f64).sum::<f64>().sqrt()
+    /// Comes to have so many candidates.
+    fn grow<S: Send>(
+        &mut self,
+        workers: &Workers,
+        count: u64,
+        room: impl Fn() -> S + Sync,
+        weigh: impl Fn(&mut S, u64) -> Worth + Sync,
+    ) -> Result<(), RenderError> {
+        let first = self.worth.len() as u64;
+        let chunk = |room: &mut S, c: u64| {
+            let numbers = first + c * CHUNK..count.min(first + (c + 1) * CHUNK);
+            let one = |number| match weigh(room, number) {
+                (w, kind) if w.is_finite() => (w, kind),
+                _ => (0.0, 0),
+            };
+            let worth: Vec<Worth> = numbers.map(one).collect();
+            (!workers.cancelled()).then_some(worth)
+        };
+        let chunks = count.saturating_sub(first).div_ceil(CHUNK);
+        let found: Vec<Option<Vec<Worth>>> =
+            workers.install(|| (0..chunks).into_par_iter().map_init(&room, chunk).collect());
+        for chunk in found {
+            let worth = chunk.ok_or(RenderError::Cancelled)?;
+            worth.iter().for_each(|(w, _)| self.moments.push(*w));
+            self.worth.extend(worth);
+        }
+        Ok(())
     }
 
     /// b of (1).
@@ -136,29 +204,11 @@ impl Seeds {
         self.of(group).map(|(_, w)| w).sum()
     }
 
-    /// (3) for ε = `precision`, at least `fewest[k]` of kind k and not many times more in all.
-    pub fn plan(&self, fewest: &[u64], precision: f64) -> Vec<u64> {
-        let spread: f64 = self.kinds.iter().map(|k| k.variance.sqrt()).sum();
-        let allowed = (precision * self.brightness()).powi(2);
-        if allowed == 0.0 {
-            return fewest.to_vec();
-        }
-        let wanted: Vec<f64> =
-            self.kinds.iter().map(|k| k.variance.sqrt() * spread / allowed).collect();
-        let limit = MOST * fewest.iter().sum::<u64>() as f64;
-        let scale = (limit / wanted.iter().sum::<f64>()).min(1.0);
-        wanted.iter().zip(fewest).map(|(w, f)| ((w * scale) as u64).max(*f)).collect()
-    }
-
     /// Candidates of a group, with their parts of b.
-    fn of(&self, group: usize) -> impl Iterator<Item = (Start, f64)> {
-        let groups = self.groups as u64;
-        self.kinds.iter().enumerate().flat_map(move |(kind, k)| {
-            let scale = groups as f64 / k.count as f64;
-            (group as u64..k.count).step_by(self.groups).map(move |number| {
-                (Start { kind, number }, scale * self.weights[k.first + number as usize])
-            })
-        })
+    fn of(&self, group: usize) -> impl Iterator<Item = (u64, f64)> {
+        let numbers = (group..self.worth.len()).step_by(self.groups);
+        let scale = self.groups as f64 / self.worth.len() as f64;
+        numbers.map(move |number| (number as u64, scale * self.worth[number].0))
     }
 
     /// The starts of `chains` chains of a group; none if it has no light.
@@ -168,26 +218,28 @@ impl Seeds {
         chains: usize,
         startup: Startup,
         draws: &mut Draws,
-    ) -> Vec<Start> {
+    ) -> Vec<u64> {
         match startup {
             Startup::Resample => self.resample(group, chains, draws),
             Startup::Discard => {
                 let lit = self.of(group).filter(|(_, w)| *w > 0.0).map(|(start, _)| start);
-                let lit: Vec<Start> = lit.collect();
+                let lit: Vec<u64> = lit.collect();
                 let chains = if lit.is_empty() { 0 } else { chains };
                 (0..chains).map(|_| lit[draws.below(lit.len())]).collect()
             }
         }
     }
 
-    /// (2), the choices stratified over the candidates in their order.
-    fn resample(&self, group: usize, chains: usize, draws: &mut Draws) -> Vec<Start> {
+    /// (2), the choices stratified over the candidates by their lengths, then in their order.
+    fn resample(&self, group: usize, chains: usize, draws: &mut Draws) -> Vec<u64> {
         let total = self.brightness_of(group);
         let mut starts = Vec::with_capacity(chains);
         let step = total / chains as f64;
         let mut next = step * draws.f64();
         let mut below = 0.0;
-        for (start, w) in self.of(group) {
+        let mut lit: Vec<(u64, f64)> = self.of(group).filter(|(_, w)| *w > 0.0).collect();
+        lit.sort_by_key(|(number, _)| self.worth[*number as usize].1);
+        for (start, w) in lit {
             below += w;
             while next < below && starts.len() < chains {
                 starts.push(start);
@@ -207,65 +259,73 @@ mod tests {
     use super::*;
     use std::sync::Arc;
 
+    /// So many candidates.
+    fn seeds(count: u64, groups: usize, weigh: impl Fn(u64) -> Worth + Sync) -> Seeds {
+        let workers = Workers::new(2, Arc::default()).unwrap();
+        let mut seeds = Seeds { groups, ..Seeds::default() };
+        seeds.grow(&workers, count, || (), |_, number| weigh(number)).unwrap();
+        seeds
+    }
+
     #[test]
     fn starts_are_chosen_in_proportion_to_what_candidates_carry() {
-        let workers = Workers::new(2, Arc::default()).unwrap();
-        // Of kind 0 1000 candidates of weights 0, 1, 2, 3, 0, …; of kind 1 500 of weight 4.
-        let weigh = |_: &mut (), s: Start, _: &mut PassStats| match s.kind {
-            0 => (s.number % 4) as f64,
-            _ => 4.0,
-        };
-        let mut stats = PassStats::default();
-        let seeds = Seeds::find(&workers, (&[1000, 500], 1), || (), weigh, &mut stats).unwrap();
-        assert!((seeds.brightness() - 5.5).abs() < 1e-12);
-        let error = seeds.error();
+        // Weights 0, 1, 2, 3, 0, …
+        let seeds = seeds(1000, 1, |number| ((number % 4) as f64, (number / 500) as u8));
+        assert!((seeds.moments.mean() - 1.5).abs() < 1e-12);
+        let error = seeds.moments.error();
         assert!((error - (1.25f64 / 999.0).sqrt()).abs() < 1e-9, "{error}");
-        let starts = seeds.choose(0, 5500, Startup::Resample, &mut Draws::new(1, 2));
-        let share = |kind, rest| {
-            let of = |s: &&Start| s.kind == kind && (kind == 1 || s.number % 4 == rest);
-            starts.iter().filter(of).count() as f64
-        };
-        assert_eq!(share(0, 0), 0.0);
-        for (kind, rest, expected) in [(0, 1, 250.0), (0, 2, 500.0), (0, 3, 750.0), (1, 0, 4000.0)]
-        {
+        let starts = seeds.choose(0, 6000, Startup::Resample, &mut Draws::new(1, 2));
+        let share = |rest: u64| starts.iter().filter(|s| *s % 4 == rest).count() as f64;
+        for (rest, expected) in [(0, 0.0), (1, 1000.0), (2, 2000.0), (3, 3000.0)] {
             // Stratified: off by less than one for each stretch.
-            assert!((share(kind, rest) - expected).abs() <= 250.0 * f64::from(kind == 0), "{kind}");
+            assert!((share(rest) - expected).abs() <= 250.0, "{rest}");
         }
-        let anywhere = seeds.choose(0, 5500, Startup::Discard, &mut Draws::new(1, 2));
-        assert!(anywhere.iter().all(|s| s.kind == 1 || s.number % 4 > 0));
+        let anywhere = seeds.choose(0, 6000, Startup::Discard, &mut Draws::new(1, 2));
+        assert!(anywhere.iter().all(|s| s % 4 > 0));
+    }
+
+    #[test]
+    fn starts_are_stratified_by_lengths() {
+        // Half of the light in paths of either length, which come in any order.
+        let seeds = seeds(1024, 4, |number| (1.0, (number / 4 * 7 % 2) as u8));
+        for group in 0..4 {
+            let starts = seeds.choose(group, 32, Startup::Resample, &mut Draws::new(3, 4));
+            let long = starts.iter().filter(|s| **s / 4 * 7 % 2 == 1).count();
+            assert_eq!(long, 16);
+        }
     }
 
     #[test]
     fn groups_have_candidates_of_their_own() {
-        let workers = Workers::new(2, Arc::default()).unwrap();
-        let weigh = |_: &mut (), s: Start, _: &mut PassStats| (s.number % 4) as f64;
-        let mut stats = PassStats::default();
-        let seeds = Seeds::find(&workers, (&[1000], 4), || (), weigh, &mut stats).unwrap();
+        let seeds = seeds(1000, 4, |number| ((number % 4) as f64, 0));
         for group in 0..4 {
             assert!((seeds.brightness_of(group) - group as f64).abs() < 1e-12);
             let starts = seeds.choose(group, 50, Startup::Resample, &mut Draws::new(1, 2));
             assert_eq!(starts.len(), if group == 0 { 0 } else { 50 });
-            assert!(starts.iter().all(|s| s.number % 4 == group as u64));
+            assert!(starts.iter().all(|s| s % 4 == group as u64));
         }
     }
 
     #[test]
-    fn as_many_candidates_are_planned_as_the_error_asks_for() {
+    fn as_many_candidates_are_found_as_the_error_asks_for() {
         let workers = Workers::new(2, Arc::default()).unwrap();
-        // Σ over kinds of σ²/n = (ε b)², with σ 0.5 and 2, b = 0.5 + 2.
-        let weigh = |_: &mut (), s: Start, _: &mut PassStats| match s.kind {
-            0 => (s.number % 2) as f64,
-            _ => 4.0 * (s.number % 2) as f64,
+        let find = |precision: f64, weigh: &(dyn Fn(u64) -> f64 + Sync)| {
+            let worth = |_: &mut (), number, _| (weigh(number), 0);
+            Seeds::find(&workers, (10_000, 8, precision), || (), worth).unwrap()
         };
-        let mut stats = PassStats::default();
-        let fewest = [10_000, 10_000];
-        let trial = of_trial(&fewest);
-        let seeds = Seeds::find(&workers, (&trial, 1), || (), weigh, &mut stats).unwrap();
-        let plan = seeds.plan(&fewest, 0.004);
-        let error = (0.25 / plan[0] as f64 + 4.0 / plan[1] as f64).sqrt() / 2.5;
-        assert!((error - 0.004).abs() < 1e-5, "{plan:?}");
-        assert!((plan[1] as f64 / plan[0] as f64 - 4.0).abs() < 0.01);
-        assert_eq!(seeds.plan(&fewest, 1.0), fewest);
-        assert!(seeds.plan(&fewest, 1e-9).iter().sum::<u64>() <= 16 * 20_000);
+        // σ = 2, b = 2.
+        let even = |number| 4.0 * (number % 2) as f64;
+        let found = find(0.004, &even);
+        let error = found.moments.error() / found.moments.mean();
+        assert!((error - 0.004).abs() < 1e-5, "{error}");
+        assert_eq!(find(1.0, &even).moments.count, 10_000);
+        assert_eq!(find(1e-9, &even).moments.count, 160_000);
+        // One of 4000 has 20 times the light of all others: a trial of 2500 meets the first, one of 5000 two, and so on: ten of
+        // 40,000 are too few.
+        let rare = |number| if number % 4000 == 11 { 8e4 } else { 1.0 };
+        let found = find(0.3, &rare);
+        assert_eq!(found.moments.count, 160_000);
+        assert!(!found.moments.rests_on_few(), "forty tell");
+        assert!(seeds(10_000, 1, |number| (rare(number), 0)).moments.rests_on_few());
     }
 }

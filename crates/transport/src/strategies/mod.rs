@@ -6,7 +6,7 @@ mod pairs;
 mod pyramid;
 mod weight;
 
-pub use pairs::{Origin, Pairs};
+pub use pairs::{Origin, Pairs, Piece};
 pub use pyramid::{DEEPEST, Pyramid};
 pub use weight::{Joint, Link, strategy_weight};
 

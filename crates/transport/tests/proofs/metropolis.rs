@@ -193,7 +193,6 @@ fn path_space_agrees_with_bdpt() {
         json!({"max_depth": 4, "mutations": "caustic", "direct": "together"}),
         json!({"max_depth": 4, "mutations": "multichain"}),
         json!({"max_depth": 4, "mutations": "subpath"}),
-        json!({"max_depth": 4, "mutations": "inner"}),
         json!({"max_depth": 4, "mutations": "manifold"}),
         json!({"max_depth": 4, "mutations": "lens+caustic+multichain", "direct": "together"}),
     ];

@@ -20,7 +20,7 @@ use crate::method::{
     Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule,
 };
 use crate::metropolis::film::{run, stream};
-use crate::metropolis::seeds::{Seeds, Start};
+use crate::metropolis::seeds::{Moments, Seeds};
 use crate::metropolis::tally::Tally;
 use crate::path_space::{Splat, add_splat};
 use crate::workers::Workers;
@@ -51,13 +51,16 @@ pub struct Erpt {
     /// b̂ of (1).
     brightness: f64,
     tally: Tally,
+    /// What candidates tell of b.
+    candidates: Moments,
 }
 
 impl Erpt {
     /// With these parameters.
     pub fn new(params: Params) -> Erpt {
         let paths = Mlt::new(params.paths());
-        Erpt { params, paths, brightness: 0.0, tally: Tally::new(Mutation::ALL.len()) }
+        let tally = Tally::new(Mutation::ALL.len());
+        Erpt { params, paths, brightness: 0.0, tally, candidates: Moments::default() }
     }
 }
 
@@ -68,8 +71,13 @@ impl Method for Erpt {
 
     fn report(&self) -> Vec<(String, f64)> {
         let mut report = vec![("brightness_at_first".into(), self.brightness)];
+        report.extend(self.candidates.report());
         report.extend(self.tally.report(&Mutation::ALL.map(Mutation::name)));
         report
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        self.candidates.warning().into_iter().collect()
     }
 
     fn prepare(
@@ -81,13 +89,13 @@ impl Method for Erpt {
         self.paths.learn(scene, frame, workers)?;
         let Some(lengths) = self.paths.params.lengths() else { return Ok(()) };
         let seed = !frame.sampler.config().seed;
-        let weigh = |tracer: &mut Tracer, start: Start, _: &mut PassStats| {
-            candidate(tracer, lengths, seed, start.number).map_or(0.0, |(_, weight)| weight)
+        let weigh = |tracer: &mut Tracer, number: u64, _| {
+            candidate(tracer, lengths, seed, number).map_or((0.0, 0), |(_, weight)| (weight, 0))
         };
-        let counts = (&[u64::from(self.params.bootstrap)][..], 1);
-        let room = || self.paths.tracer(scene, frame);
-        let seeds = Seeds::find(workers, counts, room, weigh, &mut PassStats::default())?;
-        self.brightness = seeds.brightness();
+        // The error of b̂ is none of the picture's.
+        let asked = (u64::from(self.params.bootstrap), 1, 1.0);
+        let seeds = Seeds::find(workers, asked, || self.paths.tracer(scene, frame), weigh)?;
+        self.brightness = seeds.moments.mean();
         Ok(())
     }
 
@@ -111,11 +119,13 @@ impl Method for Erpt {
             let how = (&self.paths.params.mutations[..], lengths);
             let one = |tracer: &mut Tracer, _, chunk: &mut u64, out: &mut Vec<Splat>| {
                 let mut tally = Tally::new(Mutation::ALL.len());
+                let mut moments = Moments::default();
                 for i in *chunk * CHUNK..candidates.min((*chunk + 1) * CHUNK) {
                     let number = index * candidates + i;
                     tracer.stats = PassStats::default();
                     let found = candidate(tracer, lengths, seed, number);
                     tally.stats += tracer.stats;
+                    moments.push(found.as_ref().map_or(0.0, |(_, weight)| *weight));
                     let Some((path, weight)) = found else { continue };
                     let xi = stream(seed, 0x6572_7074, number).f64();
                     let chains = weight / (candidates as f64 * quantum) + xi; // (2)
@@ -125,15 +135,16 @@ impl Method for Erpt {
                         tally.add(&walk.advance(tracer, steps, how, quantum / steps as f64, out));
                     }
                 }
-                tally
+                (tally, moments)
             };
             let room = || self.paths.tracer(scene, frame);
             let (_, tallies) = run(workers, &chunks, room, one, |_, splats| {
                 splats.iter().for_each(|s| add_splat(frame, out, s));
             })?;
-            for tally in &tallies {
+            for (tally, moments) in &tallies {
                 stats += tally.stats;
                 self.tally.add(tally);
+                self.candidates.add(moments);
             }
         }
         Ok(Commit { kind: CommitKind::Average, stats })

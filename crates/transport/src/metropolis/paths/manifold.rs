@@ -13,10 +13,9 @@
 //! them, as if the chain had been traced from e (see `path.rs`); (4) says what it is of x_l's area. The walk of (2)
 //! must lead back, or y can't go to x.
 
-use super::inner::{follow, is_d};
 use super::mutation::Proposal;
 use super::path::{Node, Path, Sensed, Source, Turn, toward};
-use super::perturbation::{between, leaving, radii, turned};
+use super::perturbation::{between, follow, is_d, leaving, radii, turned};
 use super::specular::{Interface, Place, first_by_last};
 use super::tracer::Tracer;
 use crate::metropolis::Draws;

@@ -7,7 +7,6 @@
 mod bidirectional;
 mod candidates;
 mod erpt;
-mod inner;
 mod kept;
 mod lens_subpath;
 mod manifold;
@@ -29,7 +28,7 @@ use self::tracer::Tracer;
 use self::walk::{Walk, candidate};
 use super::chains::Chains;
 use super::film::{self, Field, Schedule};
-use super::seeds::{self, Seeds, Start, Startup};
+use super::seeds::{Seeds, Startup};
 use super::separate;
 use crate::frame::Frame;
 use crate::lights;
@@ -45,7 +44,7 @@ use std::io::{self, Read, Write};
 /// What Metropolis light transport in path space is.
 pub static INFO: MethodInfo = MethodInfo {
     name: "mlt",
-    summary: "Metropolis light transport: mutations of whole paths: bidirectional, lens, caustic, multi-chain, lens subpath, inner and manifold",
+    summary: "Metropolis light transport: mutations of whole paths: bidirectional, lens, caustic, multi-chain, lens subpath and manifold",
     path_class: "L(D|S)*E",
     misses: "caustics of lights without extent that are seen through mirrors or clear glass alone; light of beams; paths of more than 64 bounces",
     bias: Bias::Unbiased,
@@ -74,7 +73,7 @@ impl Mlt {
     /// The picture's brightness, summed over pixels, without what is rendered separately, and its
     /// standard error.
     pub fn brightness(&self) -> [f64; 2] {
-        [self.chains.brightness, self.chains.error]
+        [self.chains.candidates.mean(), self.chains.candidates.error()]
     }
 
     /// What paths need to be made.
@@ -142,20 +141,17 @@ impl Method for Mlt {
         let Some(lengths) = self.params.lengths() else { return Ok(()) };
         let seed = frame.sampler.config().seed;
         let schedule = Schedule::new(frame, self.params.chains, self.params.steps);
-        let mut stats = PassStats::default();
-        let mut find = |count: &[u64], seed: u64| {
-            let weigh = |tracer: &mut Tracer, start: Start, _: &mut PassStats| {
-                candidate(tracer, lengths, seed, start.number).map_or(0.0, |(_, weight)| weight)
-            };
-            let room = || self.tracer(scene, frame);
-            Seeds::find(workers, (count, schedule.groups), room, weigh, &mut stats)
+        let weigh = |tracer: &mut Tracer, number: u64, trial: bool| {
+            let seed = if trial { !seed } else { seed };
+            let found = candidate(tracer, lengths, seed, number);
+            found.map_or((0.0, 0), |(path, weight)| (weight, path.len() as u8))
         };
-        let fewest = [u64::from(self.params.bootstrap)];
-        let trial = find(&seeds::of_trial(&fewest), !seed)?;
-        let seeds = find(&trial.plan(&fewest, self.params.brightness_error), seed)?;
+        let fewest = u64::from(self.params.bootstrap);
+        let asked = (fewest, schedule.groups, self.params.brightness_error);
+        let seeds = Seeds::find(workers, asked, || self.tracer(scene, frame), weigh)?;
         let mut tracer = self.tracer(scene, frame);
-        let make = |start: Start, chain: u64| {
-            let (path, _) = candidate(&mut tracer, lengths, seed, start.number)?;
+        let make = |start: u64, chain: u64| {
+            let (path, _) = candidate(&mut tracer, lengths, seed, start)?;
             Some(Walk::new(&path, seed, chain))
         };
         let draws = film::stream(seed, 0x7365_6564, 0);

@@ -22,21 +22,18 @@ pub enum Mutation {
     MultiChain,
     /// The eye's end is made anew, from anywhere on the film.
     LensSubpath,
-    /// An inner vertex moves.
-    Inner,
     /// A vertex moves, and what is clear or mirrors beside it follows.
     Manifold,
 }
 
 impl Mutation {
     /// All of them.
-    pub const ALL: [Mutation; 7] = [
+    pub const ALL: [Mutation; 6] = [
         Mutation::Bidirectional,
         Mutation::Lens,
         Mutation::Caustic,
         Mutation::MultiChain,
         Mutation::LensSubpath,
-        Mutation::Inner,
         Mutation::Manifold,
     ];
 
@@ -48,7 +45,6 @@ impl Mutation {
             Mutation::Caustic => "caustic",
             Mutation::MultiChain => "multichain",
             Mutation::LensSubpath => "subpath",
-            Mutation::Inner => "inner",
             Mutation::Manifold => "manifold",
         }
     }
@@ -222,7 +218,7 @@ pub fn parameters() -> Vec<Parameter> {
     list.push(Parameter {
         key: "mutations",
         default: "all".into(),
-        help: "kinds of mutations: bidirectional, lens, caustic, multichain, subpath, inner, manifold, with + between them, or all; without bidirectional parts may be left out",
+        help: "kinds of mutations: bidirectional, lens, caustic, multichain, subpath, manifold, with + between them, or all; without bidirectional parts may be left out",
     });
     list
 }
@@ -240,7 +236,7 @@ pub fn erpt_parameters() -> Vec<Parameter> {
     list.push(Parameter {
         key: "mutations",
         default: "lens+caustic+multichain".into(),
-        help: "kinds of mutations: bidirectional, lens, caustic, multichain, subpath, inner, manifold, with + between them, or all",
+        help: "kinds of mutations: bidirectional, lens, caustic, multichain, subpath, manifold, with + between them, or all",
     });
     list
 }

@@ -24,6 +24,7 @@ use crate::path_space::Departure;
 use kaustika_math::ray::offset_origin;
 use kaustika_math::{Frame, Ray, Vec2, Vec3};
 use kaustika_scene::bsdf::Mode;
+use kaustika_spectra::Wavelengths;
 use std::f32::consts::TAU;
 
 /// r₁ in pixels.
@@ -263,4 +264,37 @@ pub(super) fn leaving(x: &Path, d: Vec3) -> Ray {
     let end = &x.source.end;
     let error = (end.p.abs() + Vec3::splat(1e-3)) * 1e-6;
     Ray { o: offset_origin(end.p, error, end.n, d), d, time: x.time }
+}
+
+/// True of what scatters, by the path's form.
+pub(super) fn is_d(x: &Path, i: usize) -> bool {
+    x.turns[i].dirac.is_none()
+}
+
+/// Follows `ray` over vertices of x, each turned by a lobe of its class; those that scatter are met, and not
+/// left.
+pub(super) fn follow<'a>(
+    tracer: &mut Tracer<'a>,
+    x: &Path<'a>,
+    (mut ray, mut t_max): (Ray, f32),
+    way: impl Iterator<Item = usize>,
+    mode: Mode,
+    lambda: &Wavelengths,
+    turns: &mut [Turn<'a>],
+) -> Option<()> {
+    for i in way {
+        let node = tracer.node(ray, t_max, lambda)?;
+        t_max = f32::INFINITY;
+        let dirac = match &x.turns[i].dirac {
+            Some(dirac) => {
+                let onward = tracer.turn(&node, -ray.d, dirac.lobe, mode)?;
+                ray = onward.ray;
+                onward.dirac
+            }
+            None if node.connects() => None,
+            None => return None,
+        };
+        turns[i] = Turn { node, dirac };
+    }
+    Some(())
 }

@@ -2,7 +2,6 @@
 
 use super::bidirectional::{self, Lengths};
 use super::candidates;
-use super::inner;
 use super::kept::Kept;
 use super::lens_subpath;
 use super::manifold;
@@ -59,7 +58,6 @@ pub(super) fn propose<'a>(
         Mutation::MultiChain => move_eye(tracer, x, EyeSide::MultiChain, draws),
         Mutation::Caustic => move_caustic(tracer, x, draws),
         Mutation::Manifold => manifold::propose(tracer, x, draws),
-        Mutation::Inner => inner::propose(tracer, x, draws),
         Mutation::LensSubpath => lens_subpath::propose(tracer, x, lengths, draws),
     }
 }

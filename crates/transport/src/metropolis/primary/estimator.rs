@@ -9,18 +9,22 @@
 //! t = 0 is a strategy only where the lens can be met. Numbers of the eye's and of the light's
 //! subpath are apart, so that a change of the one's length does not shift what the other's mean.
 
+use super::candidates::{Candidates, Kept, origin, subpaths};
 use super::eye_paths::EyePaths;
 use super::params::{Over, PrimaryParams};
 use crate::frame::Frame;
 use crate::method::PassStats;
+use crate::metropolis::Draws;
 use crate::metropolis::film::{Field, scalar};
 use crate::path_space::Splat;
 use crate::roulette::Survival;
-use crate::strategies::{Origin, Pairs, Settings};
+use crate::strategies::{Pairs, Settings};
 use kaustika_math::Vec2;
 use kaustika_sampling::{PrimarySample, Sampler};
 use kaustika_scene::{LightSelection, Scene};
-use kaustika_spectra::Wavelengths;
+
+/// Bounces of the longest paths of (2) without a limit.
+const LONGEST: u32 = 64;
 
 /// Which integrand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,6 +40,8 @@ pub(super) struct Estimator<'a> {
     scene: &'a Scene,
     field: Field,
     maker: Maker<'a>,
+    /// Of multiplexed chains.
+    candidates: Option<Candidates<'a>>,
     /// Vertices that the light's side may have at most of all of a path: all but one, or all.
     lens_can_be_met: bool,
 }
@@ -59,10 +65,11 @@ impl<'a> Estimator<'a> {
         emission: &'a LightSelection,
     ) -> Estimator<'a> {
         let field = Field::new(frame);
-        let settings = params.settings(params.depths_of_chains());
+        let mut settings = params.settings(params.depths_of_chains());
         let pairs = |settings: Settings| {
             Pairs::new(scene, frame, settings, lights, emission).over(field.area())
         };
+        let mut candidates = None;
         let maker = match (space, params.over) {
             (Space::Whole, Over::Path) => {
                 Maker::Eye(EyePaths::new(scene, frame, settings, lights, emission))
@@ -70,13 +77,33 @@ impl<'a> Estimator<'a> {
             (Space::Whole, Over::Bdpt) => Maker::Whole(pairs(settings)),
             (Space::Multiplexed, _) => {
                 // Lengths of subpaths are chosen, not left to chance.
-                let mut settings = settings;
                 settings.roulette.survival = Survival::None;
+                settings.depths[1] = settings.depths[1].min(LONGEST);
+                let of_all = pairs(settings.clone()).with_pieces();
+                candidates = Some(Candidates::new(scene, frame, field, of_all));
                 Maker::Multiplexed(pairs(settings))
             }
         };
         let lens_can_be_met = scene.camera.aperture().is_some();
-        Estimator { scene, field, maker, lens_can_be_met }
+        Estimator { scene, field, maker, candidates, lens_can_be_met }
+    }
+
+    /// n of (2).
+    fn strategies(lens_can_be_met: bool, depth: usize) -> usize {
+        depth + 2 + usize::from(lens_can_be_met)
+    }
+
+    /// A candidate for the start of a multiplexed chain: its worth W, and what is kept of it; `None` of other
+    /// chains, whose starts are states as they are.
+    pub(super) fn candidate(
+        &mut self,
+        sources: Sources,
+        draws: &mut Draws,
+        stats: &mut PassStats,
+    ) -> Option<(f64, Option<Kept>)> {
+        let met = self.lens_can_be_met;
+        let candidates = self.candidates.as_mut()?;
+        Some(candidates.find(sources, draws, |depth| Self::strategies(met, depth), stats))
     }
 
     /// The tile of the picture that a place of the film lies in.
@@ -109,13 +136,11 @@ impl<'a> Estimator<'a> {
                 area
             }
             Maker::Multiplexed(pairs) => {
-                let n = depth + 2 + usize::from(self.lens_can_be_met);
+                let n = Self::strategies(self.lens_can_be_met, depth);
                 let s = ((n as f32 * choice.get_1d()) as usize).min(n - 1);
                 let t = depth + 2 - s;
                 pairs.keep_to(s, t);
-                // At the lens the path has no vertex of the eye's.
-                let of_light = if t == 0 { s.saturating_sub(2) } else { s.saturating_sub(1) };
-                let most = [t.saturating_sub(1), of_light];
+                let most = subpaths((s, t));
                 pair(self.scene, &self.field, pairs, most, [&mut eye, &mut light], splats, stats);
                 area * n as f32
             }
@@ -137,11 +162,7 @@ fn pair(
     splats: &mut Vec<Splat>,
     stats: &mut PassStats,
 ) {
-    let u = eye.get_vertex();
-    let film = field.place(Vec2::new(u[0], u[1]));
-    let camera = scene.camera.sample_we(film, Vec2::new(u[2], u[3]), u[4]);
-    let lambda = Wavelengths::sample_for(scene.mode, u[5]);
-    let origin = Origin { camera, lambda, most };
+    let (film, origin) = origin(scene, field, eye, most);
     let record = pairs.pair(&origin, [eye, light], false, splats, stats);
     let [by_path, _] = pairs.layers();
     let layers = by_path.iter().enumerate().map(|(k, c)| (Some(k), *c));

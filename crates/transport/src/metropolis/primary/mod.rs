@@ -4,6 +4,7 @@
 //! Chains walk through the numbers that paths are made of. Proposals are symmetric there, so that
 //! acceptance is a ratio of brightness, and all that the sampler underneath does well stays.
 
+mod candidates;
 mod estimator;
 mod eye_paths;
 mod params;
@@ -14,16 +15,16 @@ pub use params::{
 };
 
 use self::estimator::{Estimator, Space};
-use self::walk::{STRATEGIES, State, Steps, Walk, candidate};
+use self::walk::{STRATEGIES, State, Steps, Walk, worth};
 use super::chains::Chains;
 use super::film::{self, Schedule};
-use super::seeds::{self, Seeds, Start, Startup};
+use super::seeds::{Seeds, Startup};
 use super::separate;
 use super::step_size::StepSize;
 use crate::frame::Frame;
 use crate::lights;
 use crate::method::{
-    Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule as Passes, Trust,
+    Bias, Commit, CommitKind, Method, MethodInfo, RenderError, Schedule as Passes, Trust,
 };
 use crate::path_space::{Splat, emission_table, needs_lens};
 use crate::workers::Workers;
@@ -54,8 +55,6 @@ pub static MULTIPLEXED_INFO: MethodInfo = MethodInfo {
     ..INFO
 };
 
-/// Bounces of the longest paths of `mmlt` without a limit.
-const LONGEST: u32 = 64;
 /// Acceptance that small steps learn: less, and chains stand still; more, and they hardly move.
 const TARGET: f64 = 0.5;
 /// Sizes of small steps that may be learned.
@@ -98,7 +97,7 @@ impl PrimarySpace {
 
     /// The picture's brightness, summed over pixels, without what is rendered separately, and its standard error.
     pub fn brightness(&self) -> [f64; 2] {
-        [self.chains.brightness, self.chains.error]
+        [self.chains.candidates.mean(), self.chains.candidates.error()]
     }
 
     fn estimator<'a>(&'a self, scene: &'a Scene, frame: &'a Frame) -> Estimator<'a> {
@@ -106,46 +105,23 @@ impl PrimarySpace {
         Estimator::new(scene, frame, &self.params, self.space, lights, &self.emission)
     }
 
-    /// Depths that chains keep to; of chains over all lengths one that stands for all.
-    fn depths(&self) -> Vec<u32> {
-        let [fewest, most] = self.params.depths_of_chains();
-        match self.space {
-            Space::Whole => vec![0],
-            Space::Multiplexed => (fewest..=most.min(LONGEST)).collect(),
-        }
-    }
-
-    /// Chains and their starts, from streams of these numbers, for the candidates, their trial
-    /// and the rest; at least `fewest` candidates in all, more of short paths, which carry more.
+    /// Chains and their starts, from streams of these numbers, for the candidates, their trial and the rest;
+    /// at least `fewest` candidates, for an error of their brightness of `precision`.
     fn start(
         &self,
         (scene, frame): (&Scene, &Frame),
         [candidates, trial, seed]: [u64; 3],
-        (schedule, fewest): (Schedule, u64),
+        (schedule, fewest, precision): (Schedule, u64, f64),
         workers: &Workers,
     ) -> Result<Chains<Walk>, RenderError> {
-        let depths = self.depths();
-        let share = |d: &u32| 1.0 / f64::from(d + 1);
-        let shares: f64 = depths.iter().map(share).sum();
-        let count = |d: &u32| ((fewest as f64 * share(d) / shares).ceil() as u64).max(2);
-        let fewest: Vec<u64> = depths.iter().map(count).collect();
-        let mut stats = PassStats::default();
-        let mut find = |counts: &[u64], seed: u64| {
-            let room = || (State::default(), self.estimator(scene, frame));
-            let weigh =
-                |(state, estimator): &mut (State, Estimator), start: Start, stats: &mut _| {
-                    let at = (depths[start.kind], start.number);
-                    candidate(state, estimator, seed, at, stats)
-                };
-            Seeds::find(workers, (counts, schedule.groups), room, weigh, &mut stats)
+        let room = || (State::default(), self.estimator(scene, frame));
+        let weigh = |(state, estimator): &mut (State, Estimator), number, of_trial| {
+            worth(state, estimator, if of_trial { trial } else { candidates }, number)
         };
-        let found = find(&seeds::of_trial(&fewest), trial)?;
-        let seeds = find(&found.plan(&fewest, self.params.brightness_error), candidates)?;
+        let asked = (fewest, schedule.groups, precision);
+        let seeds = Seeds::find(workers, asked, room, weigh)?;
         let mut estimator = self.estimator(scene, frame);
-        let make = |start: Start, chain: u64| {
-            let depth = depths[start.kind];
-            Some(Walk::new(&mut estimator, (candidates, seed), start, depth, chain))
-        };
+        let make = |start, chain| Some(Walk::new(&mut estimator, (candidates, seed), start, chain));
         let draws = film::stream(seed, 0x7365_6564, 0);
         Ok(Chains::start((frame, schedule), &seeds, self.params.startup, draws, make))
     }
@@ -162,7 +138,8 @@ impl PrimarySpace {
         let few = u64::from(self.params.bootstrap / 8).max(256);
         let schedule = Schedule { groups: 1, chains: learners, steps: count };
         let seeds = [!seed, seed ^ 0x7472_6961, !seed];
-        let mut chains = self.start((scene, frame), seeds, (schedule, few), workers)?;
+        // What they start with need not be known well.
+        let mut chains = self.start((scene, frame), seeds, (schedule, few, 1.0), workers)?;
         let mut size = StepSize::new(self.small, SIZES, TARGET);
         for _ in 0..rounds {
             let steps = Steps { large: 0.0, small: size.size() };
@@ -221,7 +198,8 @@ impl Method for PrimarySpace {
         let schedule = Schedule::new(frame, self.params.chains, self.params.steps);
         let fewest = u64::from(self.params.bootstrap);
         let seeds = [seed, seed ^ 0x7472_6c31, seed];
-        let mut chains = self.start((scene, frame), seeds, (schedule, fewest), workers)?;
+        let asked = (schedule, fewest, self.params.brightness_error);
+        let mut chains = self.start((scene, frame), seeds, asked, workers)?;
         if self.params.startup == Startup::Discard {
             let (count, how) = (u64::from(self.params.discard), self.how());
             let room = || self.estimator(scene, frame);

@@ -1,11 +1,12 @@
 //! A chain through primary sample space.
 
+use super::candidates::Kept;
 use super::estimator::{Estimator, Sources};
 use crate::method::PassStats;
 use crate::metropolis::coordinates::{Coordinates, Moment, Stepping};
 use crate::metropolis::coverage::{Visitor, Visits};
 use crate::metropolis::film::{brightest, deposit, stream};
-use crate::metropolis::seeds::Start;
+use crate::metropolis::seeds::Worth;
 use crate::metropolis::tally::Tally;
 use crate::metropolis::{Chain, Draws, Recording, acceptance};
 use crate::path_space::Splat;
@@ -55,7 +56,15 @@ pub(super) struct Steps {
 }
 
 impl State {
-    /// Its f anew, each coordinate being moved to the present.
+    /// Hands out its coordinates, each moved to the present.
+    fn stepping<'s>(&'s mut self, draws: &'s mut [Draws; 3], small: f64) -> [Stepping<'s>; 3] {
+        let at = self.at;
+        let [a, b, c] = &mut self.coordinates;
+        let [x, y, z] = draws;
+        [(a, x), (b, y), (c, z)].map(|(of, draws)| Stepping::new(of, draws, at, small))
+    }
+
+    /// Its f anew.
     fn find(
         &mut self,
         estimator: &mut Estimator,
@@ -64,15 +73,11 @@ impl State {
         small: f64,
         stats: &mut PassStats,
     ) {
-        let at = self.at;
-        let [a, b, c] = &mut self.coordinates;
-        let [x, y, z] = draws;
-        let sources: Sources = [
-            &mut Stepping::new(a, x, at, small),
-            &mut Stepping::new(b, y, at, small),
-            &mut Stepping::new(c, z, at, small),
-        ];
-        self.f = estimator.light(depth as usize, sources, &mut self.splats, stats);
+        let mut splats = std::mem::take(&mut self.splats);
+        let [a, b, c] = &mut self.stepping(draws, small);
+        let sources: Sources = [a, b, c];
+        let f = estimator.light(depth as usize, sources, &mut splats, stats);
+        (self.f, self.splats) = (f, splats);
     }
 
     /// Becomes a copy of another's coordinates, one step later.
@@ -84,19 +89,33 @@ impl State {
     }
 }
 
-/// The candidate of this number for a start; `depth` as [`Walk`]'s.
-pub(super) fn candidate(
+/// Streams of a candidate's numbers, one for each kind of coordinate.
+fn numbers(seed: u64, number: u64) -> [Draws; 3] {
+    [0, 1, 2].map(|k| stream(seed, 0x6361_6e64 + k, number))
+}
+
+/// The candidate of this number for a start: its worth, and of multiplexed chains what is kept.
+fn candidate(
     state: &mut State,
     estimator: &mut Estimator,
     seed: u64,
-    (depth, number): (u32, u64),
-    stats: &mut PassStats,
-) -> f64 {
+    number: u64,
+) -> (f64, Option<Kept>) {
     *state = State { splats: std::mem::take(&mut state.splats), ..State::default() };
-    let mut draws =
-        [0, 1, 2].map(|k| stream(seed, 0x6361_6e64 + (u64::from(depth) << 8) + k, number));
-    state.find(estimator, depth, &mut draws, 0.0, stats);
-    state.f
+    let (draws, stats) = (&mut numbers(seed, number), &mut PassStats::default());
+    let mut decisions = stream(seed, 0x6361_6e64 + 3, number);
+    let [a, b, c] = &mut state.stepping(draws, 0.0);
+    if let Some(found) = estimator.candidate([a, b, c], &mut decisions, stats) {
+        return found;
+    }
+    state.find(estimator, 0, &mut numbers(seed, number), 0.0, stats);
+    (state.f, None)
+}
+
+/// What the candidate of this number is worth.
+pub(super) fn worth(state: &mut State, estimator: &mut Estimator, seed: u64, number: u64) -> Worth {
+    let (w, kept) = candidate(state, estimator, seed, number);
+    (w, kept.map_or(0, |k| k.depth as u8))
 }
 
 impl Walk {
@@ -104,13 +123,19 @@ impl Walk {
     pub(super) fn new(
         estimator: &mut Estimator,
         (candidates, seed): (u64, u64),
-        start: Start,
-        depth: u32,
+        start: u64,
         chain: u64,
     ) -> Walk {
         let mut state = State::default();
-        let stats = &mut PassStats::default();
-        candidate(&mut state, estimator, candidates, (depth, start.number), stats);
+        let mut depth = 0;
+        if let (_, Some(kept)) = candidate(&mut state, estimator, candidates, start) {
+            // The strategy that is kept, by the same numbers.
+            state = State::default();
+            state.coordinates[2] = Coordinates::of(kept.v);
+            depth = kept.depth as u32;
+            let (draws, stats) = (&mut numbers(candidates, start), &mut PassStats::default());
+            state.find(estimator, depth, draws, 0.0, stats);
+        }
         let draws = [0, 1, 2, 3].map(|k| stream(seed, 0x7761_6c6b + k, chain));
         Walk { state, draws, depth, still: 0, visits: Visits::default() }
     }

@@ -5,7 +5,7 @@
 //! C_{s,0} = βᴸ Wₑ                                   light meets the lens                (2)
 //! ```
 
-use super::{Join, Pairs};
+use super::{Join, Pairs, Piece};
 use crate::method::PassStats;
 use crate::path_space::{self, CameraEnd, Closing, LightEnd, Splat, Vertex, splat};
 use kaustika_math::Vec2;
@@ -72,7 +72,7 @@ impl<'a> Pairs<'a> {
 
     #[expect(clippy::too_many_arguments)]
     fn splat(
-        &self,
+        &mut self,
         (s, t): (usize, usize),
         closing: &Closing,
         (value, w): (Spectrum, f32),
@@ -85,6 +85,10 @@ impl<'a> Pairs<'a> {
         let value = value * self.splat_scale;
         if w > 0.0 {
             splat(frame, tracks, closing, value * w, film, lambda, splats, stats);
+        }
+        if let (Some(pieces), true) = (&mut self.pieces, w > 0.0) {
+            let rgb = frame.clamp(frame.sensor.rgb(value * w, lambda));
+            pieces.push(Piece { strategy: (s, t), film: Some(film), rgb });
         }
         let layers = self.pyramid.as_ref().and_then(|p| p.numbers(s, t));
         for (layer, v) in layers.into_iter().flatten().zip([value * w, value]) {

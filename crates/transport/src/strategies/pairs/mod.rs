@@ -53,6 +53,19 @@ pub struct Pairs<'a> {
     tracks: Option<Tracks<'a>>,
     /// Pictures of single strategies, if they are asked for.
     pyramid: Option<Pyramid>,
+    /// What each strategy found of the last pair, if that is asked for.
+    pieces: Option<Vec<Piece>>,
+}
+
+/// What a strategy found, weighted: one term of (1).
+#[derive(Clone, Copy, Debug)]
+pub struct Piece {
+    /// Vertices from the light and from the eye.
+    pub strategy: (usize, usize),
+    /// Where it is on the film; `None`: where the camera's ray is.
+    pub film: Option<Vec2>,
+    /// Linear RGB.
+    pub rgb: [f32; 3],
 }
 
 /// Where a pair of subpaths begins.
@@ -92,7 +105,18 @@ impl<'a> Pairs<'a> {
             densities: Vec::new(),
             tracks: frame.paths.as_ref().map(|classes| Tracks::new(classes, scene)),
             pyramid: None,
+            pieces: None,
         }
+    }
+
+    /// The same, telling the [`pieces`](Pairs::pieces) of pairs.
+    pub fn with_pieces(self) -> Pairs<'a> {
+        Pairs { pieces: Some(Vec::new()), ..self }
+    }
+
+    /// What strategies found of the last pair, in no order; those that end in one place may have several.
+    pub fn pieces(&self) -> &[Piece] {
+        self.pieces.as_deref().unwrap_or_default()
     }
 
     /// The same, with pictures of single strategies.
@@ -208,6 +232,9 @@ impl<'a> Pairs<'a> {
 
         if let Some(pyramid) = &mut self.pyramid {
             pyramid.clear();
+        }
+        if let Some(pieces) = &mut self.pieces {
+            pieces.clear();
         }
 
         // (1), the strategies that end in this pixel.
@@ -367,6 +394,10 @@ impl<'a> Pairs<'a> {
         }
         if let Some(pyramid) = &mut self.pyramid {
             pyramid.add(s, t, [value * w, value].map(|v| sensor.rgb(v, lambda)));
+        }
+        if let Some(pieces) = &mut self.pieces {
+            let rgb = sensor.rgb(value * w, lambda);
+            pieces.push(Piece { strategy: (s, t), film: None, rgb });
         }
     }
 
