@@ -188,7 +188,7 @@ mod tests {
         for pass in 0..255u64 {
             let value = |i: usize| {
                 let number = mix_bits(pass * 4096 + i as u64) >> 40;
-                if number % 1000 == 0 { 1001.0 } else { 1.0 }
+                if number.is_multiple_of(1000) { 1001.0 } else { 1.0 }
             };
             pixels.learn(&(0..width * height).map(value).collect::<Vec<f32>>());
             if (pass + 2).is_power_of_two() {
