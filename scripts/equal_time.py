@@ -117,8 +117,15 @@ class Program:
         while True:
             used = self.cpu(method, passes, 0)
             if used >= self.a.cpu / 2:
-                return max(1, round(passes * self.a.cpu / used))
+                break
             passes *= 2
+        # Where the first passes cost more than those after them, or less, more than one guess is needed.
+        for _ in range(3):
+            if abs(used / self.a.cpu - 1) < 0.1:
+                break
+            passes = max(1, round(passes * self.a.cpu / used))
+            used = self.cpu(method, passes, 0)
+        return passes
 
     def cpu(self, method, passes, seed):
         """Seconds of so many passes, without loading."""
