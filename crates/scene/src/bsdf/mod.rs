@@ -127,6 +127,22 @@ pub struct BsdfSample {
     pub lobe: Lobes,
 }
 
+impl BsdfSample {
+    /// Of a smooth model that drew the reflection `wi` from `lobe`, one of `lobes`: by its own density and value there;
+    /// `None` if it does not reflect there.
+    #[inline]
+    fn reflection(
+        model: &impl Scatter,
+        (wo, wi): (Vec3, Vec3),
+        (mode, lobes): (Mode, Lobes),
+        lobe: Lobes,
+    ) -> Option<BsdfSample> {
+        let (pdf, pdf_rev) = model.pdf(wo, wi, mode, lobes);
+        let weight = || model.eval(wo, wi, mode, lobes) / pdf;
+        (pdf > 0.0).then(|| BsdfSample { wi, weight: weight(), pdf, pdf_rev, eta: 1.0, lobe })
+    }
+}
+
 /// What every scattering model answers, in its local frame. See the module's contract.
 pub trait Scatter {
     /// f(wo, wi) |cos θᵢ| of the smooth classes in `lobes`.

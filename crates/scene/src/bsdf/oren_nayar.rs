@@ -137,15 +137,7 @@ impl Scatter for OrenNayar {
             return None;
         }
         let wi = warp::cosine_hemisphere(u2);
-        let (pdf, pdf_rev) = self.pdf(wo, wi, mode, lobes);
-        (pdf > 0.0).then(|| BsdfSample {
-            wi,
-            weight: self.eval(wo, wi, mode, lobes) / pdf,
-            pdf,
-            pdf_rev,
-            eta: 1.0,
-            lobe: Lobes::DIFFUSE_REFLECTION,
-        })
+        BsdfSample::reflection(self, (wo, wi), (mode, lobes), Lobes::DIFFUSE_REFLECTION)
     }
 
     /// By quadrature, within 0.01.

@@ -107,15 +107,7 @@ impl Scatter for Phong {
         } else {
             (warp::cosine_hemisphere(u2), Lobes::DIFFUSE_REFLECTION)
         };
-        let (pdf, pdf_rev) = self.pdf(wo, wi, mode, lobes);
-        (pdf > 0.0).then(|| BsdfSample {
-            wi,
-            weight: self.eval(wo, wi, mode, lobes) / pdf,
-            pdf,
-            pdf_rev,
-            eta: 1.0,
-            lobe,
-        })
+        BsdfSample::reflection(self, (wo, wi), (mode, lobes), lobe)
     }
 
     /// The specular part within 0.05 ρ_s for n < 1, within 0.01 ρ_s from n = 10 on.

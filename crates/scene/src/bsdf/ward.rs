@@ -116,15 +116,7 @@ impl Scatter for Ward {
         } else {
             (warp::cosine_hemisphere(u2), Lobes::DIFFUSE_REFLECTION)
         };
-        let (pdf, pdf_rev) = self.pdf(wo, wi, mode, lobes);
-        (pdf > 0.0).then(|| BsdfSample {
-            wi,
-            weight: self.eval(wo, wi, mode, lobes) / pdf,
-            pdf,
-            pdf_rev,
-            eta: 1.0,
-            lobe,
-        })
+        BsdfSample::reflection(self, (wo, wi), (mode, lobes), lobe)
     }
 
     /// By Gauss and Laguerre's rule over the slopes; good to 0.01 for smooth lobes, to 0.1 for

@@ -1,7 +1,7 @@
 //! The chains of a picture, and what is known of them.
 
 use super::Draws;
-use super::coverage::{Visitor, coverage};
+use super::coverage::{Visited, Visitor, coverage};
 use super::film::{self, Schedule};
 use super::groups::{Errors, Groups};
 use super::seeds::{Moments, Seeds, Startup};
@@ -10,7 +10,7 @@ use super::tiles::Tiles;
 use crate::frame::Frame;
 use crate::method::{PassStats, RenderError, Trust};
 use crate::path_space::{Splat, add_splat};
-use crate::saved::Saved;
+use crate::saved::{Saved, saved};
 use crate::workers::Workers;
 use kaustika_film::accumulate::PassImage;
 use std::io::{self, Read, Write};
@@ -20,63 +20,40 @@ const AGREE: f64 = 1.1;
 /// Coverage below which chains keep to parts of the picture or of path space.
 const COVERED: f64 = 0.5;
 
-/// Chains whose states are `W`, in groups that are renders of their own.
-#[derive(Debug)]
-pub struct Chains<W> {
+/// Chains that started together, in groups that are renders of their own.
+#[derive(Clone, Debug)]
+pub struct Generation<W> {
     /// What candidates tell of b, over all groups: the picture's brightness, summed over pixels, without
     /// what is rendered separately.
-    pub candidates: Moments,
-    size: [u32; 2],
-    /// Steps that each has made.
-    steps: u64,
+    candidates: Moments,
     /// b of each group.
     of_groups: Vec<f64>,
     /// The group of each chain.
-    group: Vec<usize>,
+    group: Vec<u64>,
     walks: Vec<W>,
-    groups: Groups,
-    tally: Tally,
 }
+saved!(Generation<W> { candidates, of_groups, group, walks });
 
-/// Where chains came to.
-pub struct Moved<W> {
-    walks: Vec<W>,
-    groups: Groups,
-    tally: Tally,
-    steps: u64,
-}
-
-impl<W> Moved<W> {
-    /// Work done.
-    pub fn stats(&self) -> PassStats {
-        self.tally.stats
-    }
-}
-
-impl<W> Default for Chains<W> {
+impl<W> Default for Generation<W> {
     fn default() -> Self {
-        Chains {
+        Generation {
             candidates: Moments::default(),
-            size: [0; 2],
-            steps: 0,
             of_groups: Vec::new(),
             group: Vec::new(),
             walks: Vec::new(),
-            groups: Groups::default(),
-            tally: Tally::default(),
         }
     }
 }
 
-impl<W: Saved + Clone + Send + Sync + Visitor> Chains<W> {
-    /// That start at some of `seeds`; `make` makes the chain of a start with its number.
+impl<W: Clone + Send + Sync> Generation<W> {
+    /// That starts at some of `seeds`; `make` makes the chain of a start with its number.
     pub fn start(
-        (frame, schedule): (&Frame, Schedule),
+        schedule: Schedule,
         seeds: &Seeds,
         startup: Startup,
         mut draws: Draws,
         mut make: impl FnMut(u64, u64) -> Option<W>,
-    ) -> Chains<W> {
+    ) -> Generation<W> {
         let Schedule { groups, chains, .. } = schedule;
         let (mut walks, mut group) = (Vec::with_capacity(chains), Vec::with_capacity(chains));
         for g in 0..groups {
@@ -84,20 +61,12 @@ impl<W: Saved + Clone + Send + Sync + Visitor> Chains<W> {
             for (i, start) in starts.into_iter().enumerate() {
                 if let Some(walk) = make(start, (g * chains / groups + i) as u64) {
                     walks.push(walk);
-                    group.push(g);
+                    group.push(g as u64);
                 }
             }
         }
-        Chains {
-            candidates: seeds.moments,
-            size: frame.size(),
-            steps: 0,
-            of_groups: (0..groups).map(|g| seeds.brightness_of(g)).collect(),
-            group,
-            walks,
-            groups: Groups::new(frame, groups),
-            tally: Tally::default(),
-        }
+        let of_groups = (0..groups).map(|g| seeds.brightness_of(g)).collect();
+        Generation { candidates: seeds.moments, of_groups, group, walks }
     }
 
     /// Steps of which nothing is kept.
@@ -119,14 +88,88 @@ impl<W: Saved + Clone + Send + Sync + Visitor> Chains<W> {
         self.walks = walks;
         Ok(tallies)
     }
+}
 
-    /// A pass: `step` moves a chain by the schedule's steps, of which each leaves so much light. `out` shows
-    /// what is rendered separately.
+/// The chains of a picture, whose states are `W`.
+///
+/// Every generation of them is an estimate of the picture, right on average (see [`seeds`](super::seeds)), and so is the mean
+/// of several: what one generation's candidates do not know of b, and where its chains do not come to, those after it tell.
+#[derive(Debug)]
+pub struct Chains<W> {
+    /// What the candidates of all generations tell of b.
+    pub candidates: Moments,
+    size: [u32; 2],
+    /// Steps that each has made, over all generations.
+    steps: u64,
+    /// How many generations there were before this one, and steps of each chain of this one.
+    age: [u64; 2],
+    now: Generation<W>,
+    /// What generations before this one have visited.
+    visited: Visited,
+    groups: Groups,
+    tally: Tally,
+}
+
+/// Where chains came to.
+pub struct Moved<W> {
+    now: Generation<W>,
+    renewed: bool,
+    groups: Groups,
+    tally: Tally,
+    steps: u64,
+}
+
+impl<W> Moved<W> {
+    /// Work done.
+    pub fn stats(&self) -> PassStats {
+        self.tally.stats
+    }
+}
+
+impl<W> Default for Chains<W> {
+    fn default() -> Self {
+        Chains {
+            candidates: Moments::default(),
+            size: [0; 2],
+            steps: 0,
+            age: [0; 2],
+            now: Generation::default(),
+            visited: Visited::default(),
+            groups: Groups::default(),
+            tally: Tally::default(),
+        }
+    }
+}
+
+impl<W: Saved + Clone + Send + Sync + Visitor> Chains<W> {
+    /// Of a first generation, that have not moved yet.
+    pub fn new((frame, schedule): (&Frame, Schedule), first: Generation<W>) -> Chains<W> {
+        Chains {
+            candidates: first.candidates,
+            size: frame.size(),
+            now: first,
+            groups: Groups::new(frame, schedule.groups),
+            ..Chains::default()
+        }
+    }
+
+    /// The number of the generation that is due, and of its candidates, which are as many as this one's: if that has made
+    /// `renew` steps for each of them; never if `renew` is 0.
+    pub fn due(&self, schedule: Schedule, renew: u32) -> Option<(u64, u64)> {
+        let [generation, steps] = self.age;
+        let made = steps * schedule.chains as u64;
+        let asked = u64::from(renew) * self.now.candidates.count();
+        (renew > 0 && made >= asked).then(|| (generation + 1, self.now.candidates.count()))
+    }
+
+    /// A pass, of a new generation if there is one: `step` moves a chain by the schedule's steps, of which each leaves so much light.
+    /// `out` shows what is rendered separately.
     ///
     /// # Errors
     /// If cancelled.
     pub fn pass<S: Send>(
         &self,
+        renewed: Option<Generation<W>>,
         workers: &Workers,
         (frame, schedule): (&Frame, Schedule),
         out: &mut PassImage,
@@ -136,54 +179,58 @@ impl<W: Saved + Clone + Send + Sync + Visitor> Chains<W> {
         // A cancelled pass leaves no trace.
         let mut groups = self.groups.clone();
         groups.begin(out);
+        let is_new = renewed.is_some();
+        let now = renewed.unwrap_or_else(|| self.now.clone());
+        let (of_groups, group) = (&now.of_groups, &now.group);
+        let of = |chain: usize| group[chain] as usize;
         let one = |room: &mut S, i: usize, walk: &mut W, out: &mut Vec<Splat>| {
-            step(room, walk, schedule.unit(self.of_groups[self.group[i]]), out)
+            step(room, walk, schedule.unit(of_groups[of(i)]), out)
         };
-        let (walks, tallies) = film::run(workers, &self.walks, room, one, |i, splats| {
+        let (walks, tallies) = film::run(workers, &now.walks, room, one, |i, splats| {
             for s in splats {
                 add_splat(frame, out, s);
-                groups.add(frame, self.group[i], s);
+                groups.add(frame, of(i), s);
             }
         })?;
         groups.end();
         let mut tally = Tally::default();
         tallies.iter().for_each(|t| tally.add(t));
-        Ok(Moved { walks, groups, tally, steps: schedule.steps })
+        let now = Generation { walks, ..now };
+        Ok(Moved { now, renewed: is_new, groups, tally, steps: schedule.steps })
     }
 
     /// They are there now.
     pub fn moved(&mut self, moved: Moved<W>) {
-        self.walks = moved.walks;
+        if moved.renewed {
+            self.visited.add(self.visited_now());
+            self.candidates.add(&moved.now.candidates);
+            self.age = [self.age[0] + 1, 0];
+        }
+        self.now = moved.now;
         self.groups = moved.groups;
         self.tally.add(&moved.tally);
         self.steps += moved.steps;
+        self.age[1] += moved.steps;
     }
 
-    /// Share of the chains that were in a part.
-    fn share(&self, was_there: impl Fn(&W) -> bool) -> f64 {
-        self.walks.iter().filter(|w| was_there(w)).count() as f64 / self.walks.len().max(1) as f64
+    /// What this generation has visited.
+    fn visited_now(&self) -> Visited {
+        Visited::of(&self.now.walks, self.age[1], Tiles::new(self.size).count())
     }
 
-    /// Share of the chains that were in each tile.
-    fn visitors(&self) -> Vec<f64> {
-        let tiles = 0..Tiles::new(self.size).count();
-        tiles.map(|t| self.share(|w| w.visits().seen(t))).collect()
+    /// What the generations that are over have visited; the first, if it still is the only one.
+    fn visited(&self) -> Visited {
+        match self.visited.is_nothing() {
+            true => self.visited_now(),
+            false => self.visited.clone(),
+        }
     }
 
     /// Coverage of the picture, and of lengths of paths.
     fn coverage(&self, errors: &Errors) -> [Option<f64>; 2] {
-        let seen = errors.light.iter().copied().zip(self.visitors());
-        let longest = self.walks.iter().map(|w| w.visits().lengths.len()).max().unwrap_or(0);
-        let at = |w: &W, n: usize| w.visits().lengths.get(n).copied().unwrap_or(0);
-        let of_length = |n: usize| {
-            let steps: u64 = self.walks.iter().map(|w| at(w, n)).sum();
-            (steps as f64, self.share(|w| at(w, n) > 0))
-        };
-        let lengths: Vec<(f64, f64)> = (0..longest).map(of_length).collect();
-        [
-            coverage(seen.collect::<Vec<_>>().into_iter(), self.steps),
-            coverage(lengths.into_iter(), self.steps),
-        ]
+        let visited = self.visited();
+        let tiles = errors.light.iter().copied().zip(visited.tiles());
+        [coverage(tiles, visited.steps), coverage(visited.lengths(), visited.steps)]
     }
 
     /// Share of the chains' light in tiles of which groups do not agree.
@@ -204,7 +251,7 @@ impl<W: Saved + Clone + Send + Sync + Visitor> Chains<W> {
             .map(|(c, name)| (format!("TileError.{name}"), tiles.spread(&channel(c))))
             .collect();
         layers.push(("RHat".into(), tiles.spread(&errors.r_hat)));
-        layers.push(("Coverage".into(), tiles.spread(&self.visitors())));
+        layers.push(("Coverage".into(), tiles.spread(&self.visited().tiles().collect::<Vec<_>>())));
         Some(Trust { error: errors.pixels, layers })
     }
 
@@ -216,9 +263,13 @@ impl<W: Saved + Clone + Send + Sync + Visitor> Chains<W> {
         let percent = |x: f64| 100.0 * x;
         let [tiles, lengths] = self.coverage(&errors);
         let mut remarks = vec![format!(
-            "{} chains of {} steps: brightness known to {:.1} %, groups disagree (R-hat > {AGREE}) on tiles with {:.0} % of their light, longest stand {} steps",
-            self.walks.len(),
+            "{} chains of {} steps{}: brightness known to {:.1} %, groups disagree (R-hat > {AGREE}) on tiles with {:.0} % of their light, longest stand {} steps",
+            self.now.walks.len(),
             self.steps,
+            match self.age[0] {
+                0 => String::new(),
+                n => format!(" in {} generations", n + 1),
+            },
             percent(self.candidates.error() / self.candidates.mean()),
             percent(Self::apart(&errors)),
             self.tally.still[1],
@@ -238,7 +289,8 @@ impl<W: Saved + Clone + Send + Sync + Visitor> Chains<W> {
     /// See [`Method::report`](crate::Method::report); the strategies by name.
     pub fn report(&self, strategies: &[&str]) -> Vec<(String, f64)> {
         let mut report = self.candidates.report();
-        report.push(("chains".into(), self.walks.len() as f64));
+        report.push(("chains".into(), self.now.walks.len() as f64));
+        report.push(("generations".into(), (self.age[0] + 1) as f64));
         report.extend(self.tally.report(strategies));
         if let Some(errors) = self.groups.errors() {
             let [tiles, lengths] = self.coverage(&errors);
@@ -251,22 +303,24 @@ impl<W: Saved + Clone + Send + Sync + Visitor> Chains<W> {
 
     /// Writes where they are.
     pub fn save(&self, out: &mut dyn Write) -> io::Result<()> {
-        self.walks.save(out)?;
+        self.now.save(out)?;
         self.tally.save(out)?;
         self.groups.save(out)?;
-        self.steps.save(out)
+        self.steps.save(out)?;
+        self.age.save(out)?;
+        self.visited.save(out)?;
+        self.candidates.save(out)
     }
 
-    /// Reads it back; as many chains must have been started.
+    /// Reads it back.
     pub fn load(&mut self, from: &mut dyn Read) -> io::Result<()> {
-        let walks = Vec::<W>::load(from)?;
-        if walks.len() != self.walks.len() {
-            return Err(io::Error::other("the number of chains differs"));
-        }
-        self.walks = walks;
+        self.now = Generation::load(from)?;
         self.tally = Tally::load(from)?;
         self.groups = Groups::load(from)?;
         self.steps = u64::load(from)?;
+        self.age = Saved::load(from)?;
+        self.visited = Visited::load(from)?;
+        self.candidates = Moments::load(from)?;
         Ok(())
     }
 }

@@ -6,7 +6,8 @@
 //!
 //! p is a part's share of the light, N the steps of a chain, v the share of the chains that were there. N
 //! independent samples would miss such a part with a probability of at most e⁻³. Parts are tiles of the
-//! picture, or lengths of paths.
+//! picture, or lengths of paths. Of several generations the mean is taken: chains that start afresh come to other parts
+//! without moving there.
 
 use crate::saved::saved;
 
@@ -50,6 +51,67 @@ impl Visits {
 pub trait Visitor {
     /// Where it has been.
     fn visits(&self) -> &Visits;
+}
+
+/// What generations of chains have visited.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Visited {
+    /// How many.
+    generations: u64,
+    /// Steps of a chain in each.
+    pub steps: u64,
+    /// Σ over generations, tile by tile, of the share of chains that were there.
+    tiles: Vec<f64>,
+    /// Σ of the steps with paths of each length, and of the share of chains that made them.
+    lengths: Vec<[f64; 2]>,
+}
+saved!(Visited { generations, steps, tiles, lengths });
+
+impl Visited {
+    /// What these chains have visited in so many steps, of so many tiles.
+    pub fn of<W: Visitor>(walks: &[W], steps: u64, tiles: usize) -> Visited {
+        let share = |count: usize| count as f64 / walks.len().max(1) as f64;
+        let seen = |t: usize| walks.iter().filter(|w| w.visits().seen(t)).count();
+        let longest = walks.iter().map(|w| w.visits().lengths.len()).max().unwrap_or(0);
+        let of_length = |n: usize| {
+            let at = |w: &W| w.visits().lengths.get(n).copied().unwrap_or(0);
+            let steps: u64 = walks.iter().map(at).sum();
+            [steps as f64, share(walks.iter().filter(|w| at(w) > 0).count())]
+        };
+        Visited {
+            generations: 1,
+            steps,
+            tiles: (0..tiles).map(|t| share(seen(t))).collect(),
+            lengths: (0..longest).map(of_length).collect(),
+        }
+    }
+
+    /// Those of a generation that is over.
+    pub fn add(&mut self, o: Visited) {
+        self.generations += o.generations;
+        self.steps = o.steps;
+        self.tiles.resize(o.tiles.len(), 0.0);
+        self.tiles.iter_mut().zip(&o.tiles).for_each(|(a, b)| *a += b);
+        self.lengths.resize(self.lengths.len().max(o.lengths.len()), [0.0; 2]);
+        for (a, b) in self.lengths.iter_mut().zip(&o.lengths) {
+            *a = [a[0] + b[0], a[1] + b[1]];
+        }
+    }
+
+    /// True if no generation is over.
+    pub fn is_nothing(&self) -> bool {
+        self.generations == 0
+    }
+
+    /// Share of the chains that were in each tile.
+    pub fn tiles(&self) -> impl Iterator<Item = f64> + Clone {
+        self.tiles.iter().map(|v| v / self.generations as f64)
+    }
+
+    /// Steps with paths of each length, and the share of the chains that made them.
+    pub fn lengths(&self) -> impl Iterator<Item = (f64, f64)> + Clone {
+        self.lengths.iter().map(|[steps, v]| (*steps, v / self.generations as f64))
+    }
 }
 
 /// (1), from the light and the share of visitors of each part; `None` if no part has light enough.

@@ -16,6 +16,7 @@ use crate::path_space::Splat;
 use crate::saved::Saved;
 use crate::workers::Workers;
 use kaustika_math::Vec2;
+use kaustika_sampling::hash::combine;
 use rayon::prelude::*;
 use std::io::{self, Read, Write};
 
@@ -180,5 +181,11 @@ pub fn run<K: Clone + Send + Sync, S: Send, T: Send>(
 
 /// The stream of a chain's decisions; other streams have other purposes.
 pub fn stream(seed: u64, purpose: u64, number: u64) -> Draws {
-    Draws::new(kaustika_sampling::hash::combine(seed, purpose), number)
+    Draws::new(combine(seed, purpose), number)
+}
+
+/// The seed of a generation of chains; the first one's is the picture's. Mixed before the number comes in: pictures of
+/// neighbouring seeds would share generations.
+pub fn of_generation(seed: u64, number: u64) -> u64 {
+    if number == 0 { seed } else { combine(combine(seed, 0x6167_6573), number) }
 }

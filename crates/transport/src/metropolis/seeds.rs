@@ -16,6 +16,7 @@
 
 use super::Draws;
 use crate::method::RenderError;
+use crate::saved::saved;
 use crate::workers::Workers;
 use rayon::prelude::*;
 
@@ -42,6 +43,7 @@ pub struct Moments {
     /// Σ W, Σ W², Σ W⁴.
     sums: [f64; 3],
 }
+saved!(Moments { count, sums });
 
 impl Moments {
     /// One more.
@@ -56,6 +58,11 @@ impl Moments {
     pub fn add(&mut self, o: &Moments) {
         self.count += o.count;
         self.sums.iter_mut().zip(o.sums).for_each(|(sum, o)| *sum += o);
+    }
+
+    /// How many.
+    pub fn count(&self) -> u64 {
+        self.count
     }
 
     /// b.
@@ -141,33 +148,57 @@ pub enum Startup {
     Discard,
 }
 
+/// How many candidates there shall be.
+#[derive(Clone, Copy, Debug)]
+pub enum Asked {
+    /// At least so many, and as many as (3) asks for with this ε, of which 1 asks for no more.
+    AtLeast(u64, f64),
+    /// So many, or a few more to make groups equal.
+    Exactly(u64),
+}
+
 impl Seeds {
-    /// As many candidates as (3) asks for, at least `fewest`, as many for each of `groups`. `weigh` tells
+    /// As many candidates as are asked for, as many for each of `groups`. `weigh` tells
     /// what a candidate is worth, in room of its thread; its other argument is true of those of the trial.
     ///
     /// # Errors
     /// If cancelled.
     pub fn find<S: Send>(
         workers: &Workers,
-        (fewest, groups, precision): (u64, usize, f64),
+        (asked, groups): (Asked, usize),
         room: impl Fn() -> S + Sync,
         weigh: impl Fn(&mut S, u64, bool) -> Worth + Sync,
     ) -> Result<Seeds, RenderError> {
-        let of_trial = |room: &mut S, number| weigh(room, number, true);
+        let count = match asked {
+            Asked::Exactly(count) => count,
+            Asked::AtLeast(fewest, precision) => {
+                let of_trial = |room: &mut S, number| weigh(room, number, true);
+                Seeds::plan(workers, (fewest, precision), &room, of_trial)?
+            }
+        };
+        let mut seeds = Seeds { groups, ..Seeds::default() };
+        let count = count.next_multiple_of(groups as u64);
+        seeds.grow(workers, count, &room, |room, number| weigh(room, number, false))?;
+        Ok(seeds)
+    }
+
+    /// How many (3) asks for, at least `fewest`, by a trial.
+    fn plan<S: Send>(
+        workers: &Workers,
+        (fewest, precision): (u64, f64),
+        room: impl Fn() -> S + Sync,
+        weigh: impl Fn(&mut S, u64) -> Worth + Sync,
+    ) -> Result<u64, RenderError> {
         let mut trial = Seeds { groups: 1, ..Seeds::default() };
         let mut size = fewest.div_ceil(TRIAL);
         while precision < 1.0 && size <= MOST * fewest / TRIAL {
-            trial.grow(workers, size, &room, of_trial)?;
+            trial.grow(workers, size, &room, &weigh)?;
             if !trial.moments.rests_on_few() {
                 break;
             }
             size *= 2;
         }
-        let count = trial.moments.plan(fewest, precision);
-        let mut seeds = Seeds { groups, ..Seeds::default() };
-        let count = count.next_multiple_of(groups as u64);
-        seeds.grow(workers, count, &room, |room, number| weigh(room, number, false))?;
-        Ok(seeds)
+        Ok(trial.moments.plan(fewest, precision))
     }
 
     /// Comes to have so many candidates.
@@ -311,7 +342,7 @@ mod tests {
         let workers = Workers::new(2, Arc::default()).unwrap();
         let find = |precision: f64, weigh: &(dyn Fn(u64) -> f64 + Sync)| {
             let worth = |_: &mut (), number, _| (weigh(number), 0);
-            Seeds::find(&workers, (10_000, 8, precision), || (), worth).unwrap()
+            Seeds::find(&workers, (Asked::AtLeast(10_000, precision), 8), || (), worth).unwrap()
         };
         // σ = 2, b = 2.
         let even = |number| 4.0 * (number % 2) as f64;

@@ -28,6 +28,7 @@ mod media;
 mod meters;
 mod metropolis;
 mod metropolis_1d;
+mod metropolis_generations;
 mod metropolis_trust;
 mod mis;
 mod motion;

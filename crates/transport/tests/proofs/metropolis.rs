@@ -17,9 +17,9 @@ use kaustika_transport::{Frame, Workers, registry};
 use serde_json::{Value, json};
 use std::sync::Arc;
 
-/// Parameters for small pictures.
+/// Parameters for small pictures, whose chains are of one generation.
 fn with(p: Value) -> Value {
-    let mut all = json!({"bootstrap": 4096, "brightness_error": 1.0, "chains": 32});
+    let mut all = json!({"bootstrap": 4096, "brightness_error": 1.0, "chains": 32, "renew": 0});
     let Value::Object(more) = p else { panic!("an object") };
     all.as_object_mut().expect("an object").extend(more);
     all

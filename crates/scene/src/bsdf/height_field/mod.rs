@@ -117,15 +117,7 @@ impl Scatter for HeightField<'_> {
         }
         let s = self.data.slopes.sample(u2);
         let wi = reflect(wo, Vec3::new(-s.x, -s.y, 1.0).normalize());
-        let (pdf, pdf_rev) = self.pdf(wo, wi, mode, lobes);
-        (pdf > 0.0).then(|| BsdfSample {
-            wi,
-            weight: self.eval(wo, wi, mode, lobes) / pdf,
-            pdf,
-            pdf_rev,
-            eta: 1.0,
-            lobe: Lobes::GLOSSY_REFLECTION,
-        })
+        BsdfSample::reflection(self, (wo, wi), (mode, lobes), Lobes::GLOSSY_REFLECTION)
     }
 
     /// From a table; good to 0.01.

@@ -20,7 +20,7 @@ use crate::method::{
     Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule,
 };
 use crate::metropolis::film::{run, stream};
-use crate::metropolis::seeds::{Moments, Seeds};
+use crate::metropolis::seeds::{Asked, Moments, Seeds};
 use crate::metropolis::tally::Tally;
 use crate::path_space::{Splat, add_splat};
 use crate::workers::Workers;
@@ -93,7 +93,7 @@ impl Method for Erpt {
             candidate(tracer, lengths, seed, number).map_or((0.0, 0), |(_, weight)| (weight, 0))
         };
         // The error of b̂ is none of the picture's.
-        let asked = (u64::from(self.params.bootstrap), 1, 1.0);
+        let asked = (Asked::AtLeast(u64::from(self.params.bootstrap), 1.0), 1);
         let seeds = Seeds::find(workers, asked, || self.paths.tracer(scene, frame), weigh)?;
         self.brightness = seeds.moments.mean();
         Ok(())
@@ -111,6 +111,7 @@ impl Method for Erpt {
         let lengths = self.paths.params.lengths().filter(|_| self.brightness > 0.0);
         if let Some(lengths) = lengths {
             let seed = frame.sampler.config().seed;
+            let of_walks = combine(seed, 0x7761_6c6b);
             let [w, h] = frame.size().map(u64::from);
             let candidates = (w * h).max(1);
             let steps = u64::from(self.params.chain_length);
@@ -131,7 +132,7 @@ impl Method for Erpt {
                     let chains = weight / (candidates as f64 * quantum) + xi; // (2)
                     let chains = if chains.is_finite() { chains as u64 } else { 0 };
                     for chain in 0..chains {
-                        let mut walk = Walk::new(&path, combine(seed, number), chain);
+                        let mut walk = Walk::new(&path, combine(of_walks, number), chain);
                         tally.add(&walk.advance(tracer, steps, how, quantum / steps as f64, out));
                     }
                 }

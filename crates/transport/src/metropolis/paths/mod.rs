@@ -23,12 +23,13 @@ mod walk;
 pub use erpt::{ERPT_INFO, Erpt};
 pub use params::{Erpt as ErptParams, Mutation, PathParams, erpt_parameters, parameters};
 
+use self::bidirectional::Lengths;
 use self::path::Measure;
 use self::tracer::Tracer;
 use self::walk::{Walk, candidate};
-use super::chains::Chains;
-use super::film::{self, Field, Schedule};
-use super::seeds::{Seeds, Startup};
+use super::chains::{Chains, Generation};
+use super::film::{self, Field, Schedule, of_generation};
+use super::seeds::{Asked, Seeds, Startup};
 use super::separate;
 use crate::frame::Frame;
 use crate::lights;
@@ -102,6 +103,45 @@ impl Mlt {
         separate::pass(index, (scene, frame), settings, (lights, &self.emission), out, workers)
     }
 
+    fn schedule(&self, frame: &Frame) -> Schedule {
+        Schedule::new(frame, self.params.chains, self.params.steps)
+    }
+
+    /// The generation of chains of this number.
+    fn generation(
+        &self,
+        number: u64,
+        asked: Asked,
+        lengths: Lengths,
+        (scene, frame): (&Scene, &Frame),
+        workers: &Workers,
+    ) -> Result<Generation<Walk>, RenderError> {
+        let seed = of_generation(frame.sampler.config().seed, number);
+        let schedule = self.schedule(frame);
+        let weigh = |tracer: &mut Tracer, number: u64, trial: bool| {
+            let seed = if trial { !seed } else { seed };
+            let found = candidate(tracer, lengths, seed, number);
+            found.map_or((0.0, 0), |(path, weight)| (weight, path.len() as u8))
+        };
+        let room = || self.tracer(scene, frame);
+        let seeds = Seeds::find(workers, (asked, schedule.groups), room, weigh)?;
+        let mut tracer = self.tracer(scene, frame);
+        let make = |start: u64, chain: u64| {
+            let (path, _) = candidate(&mut tracer, lengths, seed, start)?;
+            Some(Walk::new(&path, seed, chain))
+        };
+        let draws = film::stream(seed, 0x7365_6564, 0);
+        let startup = self.params.startup;
+        let mut chains = Generation::start(schedule, &seeds, startup, draws, make);
+        if startup == Startup::Discard {
+            let (count, how) = (u64::from(self.params.discard), &self.params.mutations[..]);
+            chains.skip(workers, room, |tracer, walk: &mut Walk, unit, out| {
+                walk.advance(tracer, count, (how, lengths), unit, out)
+            })?;
+        }
+        Ok(chains)
+    }
+
     fn tracer<'a>(&'a self, scene: &'a Scene, frame: &'a Frame) -> Tracer<'a> {
         let lights = self.lights.as_ref().unwrap_or(&scene.light_selection);
         let field = Field::new(frame);
@@ -139,32 +179,10 @@ impl Method for Mlt {
     ) -> Result<(), RenderError> {
         self.learn(scene, frame, workers)?;
         let Some(lengths) = self.params.lengths() else { return Ok(()) };
-        let seed = frame.sampler.config().seed;
-        let schedule = Schedule::new(frame, self.params.chains, self.params.steps);
-        let weigh = |tracer: &mut Tracer, number: u64, trial: bool| {
-            let seed = if trial { !seed } else { seed };
-            let found = candidate(tracer, lengths, seed, number);
-            found.map_or((0.0, 0), |(path, weight)| (weight, path.len() as u8))
-        };
         let fewest = u64::from(self.params.bootstrap);
-        let asked = (fewest, schedule.groups, self.params.brightness_error);
-        let seeds = Seeds::find(workers, asked, || self.tracer(scene, frame), weigh)?;
-        let mut tracer = self.tracer(scene, frame);
-        let make = |start: u64, chain: u64| {
-            let (path, _) = candidate(&mut tracer, lengths, seed, start)?;
-            Some(Walk::new(&path, seed, chain))
-        };
-        let draws = film::stream(seed, 0x7365_6564, 0);
-        let startup = self.params.startup;
-        let mut chains = Chains::start((frame, schedule), &seeds, startup, draws, make);
-        if startup == Startup::Discard {
-            let (count, how) = (u64::from(self.params.discard), &self.params.mutations[..]);
-            let room = || self.tracer(scene, frame);
-            chains.skip(workers, room, |tracer, walk: &mut Walk, unit, out| {
-                walk.advance(tracer, count, (how, lengths), unit, out)
-            })?;
-        }
-        self.chains = chains;
+        let asked = Asked::AtLeast(fewest, self.params.brightness_error);
+        let first = self.generation(0, asked, lengths, (scene, frame), workers)?;
+        self.chains = Chains::new((frame, self.schedule(frame)), first);
         Ok(())
     }
 
@@ -178,13 +196,18 @@ impl Method for Mlt {
     ) -> Result<Commit, RenderError> {
         let mut stats = self.separate(index, (scene, frame), out, workers)?;
         if let Some(lengths) = self.params.lengths() {
-            let schedule = Schedule::new(frame, self.params.chains, self.params.steps);
+            let schedule = self.schedule(frame);
+            let renew = |(number, count)| {
+                let asked = Asked::Exactly(count);
+                self.generation(number, asked, lengths, (scene, frame), workers)
+            };
+            let renewed = self.chains.due(schedule, self.params.renew).map(renew).transpose()?;
             let room = || self.tracer(scene, frame);
             let how = (&self.params.mutations[..], lengths);
             let step = |tracer: &mut Tracer, walk: &mut Walk, unit, out: &mut Vec<Splat>| {
                 walk.advance(tracer, schedule.steps, how, unit, out)
             };
-            let moved = self.chains.pass(workers, (frame, schedule), out, room, step)?;
+            let moved = self.chains.pass(renewed, workers, (frame, schedule), out, room, step)?;
             stats += moved.stats();
             self.chains.moved(moved);
         }

@@ -79,6 +79,8 @@ pub struct PathParams {
     /// Relative standard error of the picture's brightness for which more candidates are taken.
     #[serde(deserialize_with = "crate::metropolis::primary::probability")]
     pub brightness_error: f64,
+    /// Steps for each candidate after which chains start afresh, at candidates of their own; 0: never.
+    pub renew: u32,
     /// How chains start.
     pub startup: Startup,
     /// Steps of each chain that are left out with `startup=discard`.
@@ -148,6 +150,7 @@ impl Default for PathParams {
             steps: 4,
             bootstrap: 1 << 16,
             brightness_error: 0.03,
+            renew: 8,
             startup: Startup::Resample,
             discard: 0,
             mutations: Mutation::ALL.to_vec(),
@@ -212,8 +215,9 @@ pub fn parameters() -> Vec<Parameter> {
     let only_primary = ["large_step", "small_step", "adapt"];
     let mut list = common();
     list.retain(|p| !only_primary.contains(&p.key));
-    for p in list.iter_mut().filter(|p| p.key == "steps") {
-        p.default = PathParams::default().steps.to_string();
+    let own = PathParams::default();
+    for (key, default) in [("steps", own.steps), ("renew", own.renew)] {
+        list.iter_mut().filter(|p| p.key == key).for_each(|p| p.default = default.to_string());
     }
     list.push(Parameter {
         key: "mutations",

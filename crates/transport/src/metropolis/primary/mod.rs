@@ -16,9 +16,9 @@ pub use params::{
 
 use self::estimator::{Estimator, Space};
 use self::walk::{STRATEGIES, State, Steps, Walk, worth};
-use super::chains::Chains;
-use super::film::{self, Schedule};
-use super::seeds::{Seeds, Startup};
+use super::chains::{Chains, Generation};
+use super::film::{self, Schedule, of_generation};
+use super::seeds::{Asked, Seeds, Startup};
 use super::separate;
 use super::step_size::StepSize;
 use crate::frame::Frame;
@@ -105,25 +105,49 @@ impl PrimarySpace {
         Estimator::new(scene, frame, &self.params, self.space, lights, &self.emission)
     }
 
-    /// Chains and their starts, from streams of these numbers, for the candidates, their trial and the rest;
-    /// at least `fewest` candidates, for an error of their brightness of `precision`.
+    /// A generation of chains and their starts, from streams of these numbers, for the candidates, their trial and the rest.
     fn start(
         &self,
         (scene, frame): (&Scene, &Frame),
         [candidates, trial, seed]: [u64; 3],
-        (schedule, fewest, precision): (Schedule, u64, f64),
+        (schedule, asked): (Schedule, Asked),
         workers: &Workers,
-    ) -> Result<Chains<Walk>, RenderError> {
+    ) -> Result<Generation<Walk>, RenderError> {
         let room = || (State::default(), self.estimator(scene, frame));
         let weigh = |(state, estimator): &mut (State, Estimator), number, of_trial| {
             worth(state, estimator, if of_trial { trial } else { candidates }, number)
         };
-        let asked = (fewest, schedule.groups, precision);
-        let seeds = Seeds::find(workers, asked, room, weigh)?;
+        let seeds = Seeds::find(workers, (asked, schedule.groups), room, weigh)?;
         let mut estimator = self.estimator(scene, frame);
         let make = |start, chain| Some(Walk::new(&mut estimator, (candidates, seed), start, chain));
         let draws = film::stream(seed, 0x7365_6564, 0);
-        Ok(Chains::start((frame, schedule), &seeds, self.params.startup, draws, make))
+        Ok(Generation::start(schedule, &seeds, self.params.startup, draws, make))
+    }
+
+    /// The generation of this number.
+    fn generation(
+        &self,
+        number: u64,
+        asked: Asked,
+        (scene, frame): (&Scene, &Frame),
+        workers: &Workers,
+    ) -> Result<Generation<Walk>, RenderError> {
+        let seed = of_generation(frame.sampler.config().seed, number);
+        let seeds = [seed, seed ^ 0x7472_6c31, seed];
+        let asked = (self.schedule(frame), asked);
+        let mut chains = self.start((scene, frame), seeds, asked, workers)?;
+        if self.params.startup == Startup::Discard {
+            let (count, how) = (u64::from(self.params.discard), self.how());
+            let room = || self.estimator(scene, frame);
+            chains.skip(workers, room, |estimator, walk, unit, out| {
+                walk.advance(estimator, count, how, unit, out)
+            })?;
+        }
+        Ok(chains)
+    }
+
+    fn schedule(&self, frame: &Frame) -> Schedule {
+        Schedule::new(frame, self.params.chains, self.params.steps)
     }
 
     /// Learns the size of small steps, of chains that nothing is recorded of.
@@ -139,7 +163,8 @@ impl PrimarySpace {
         let schedule = Schedule { groups: 1, chains: learners, steps: count };
         let seeds = [!seed, seed ^ 0x7472_6961, !seed];
         // What they start with need not be known well.
-        let mut chains = self.start((scene, frame), seeds, (schedule, few, 1.0), workers)?;
+        let asked = (schedule, Asked::AtLeast(few, 1.0));
+        let mut chains = self.start((scene, frame), seeds, asked, workers)?;
         let mut size = StepSize::new(self.small, SIZES, TARGET);
         for _ in 0..rounds {
             let steps = Steps { large: 0.0, small: size.size() };
@@ -195,19 +220,10 @@ impl Method for PrimarySpace {
         if self.params.adapt {
             self.learn_step(scene, frame, seed, workers)?;
         }
-        let schedule = Schedule::new(frame, self.params.chains, self.params.steps);
         let fewest = u64::from(self.params.bootstrap);
-        let seeds = [seed, seed ^ 0x7472_6c31, seed];
-        let asked = (schedule, fewest, self.params.brightness_error);
-        let mut chains = self.start((scene, frame), seeds, asked, workers)?;
-        if self.params.startup == Startup::Discard {
-            let (count, how) = (u64::from(self.params.discard), self.how());
-            let room = || self.estimator(scene, frame);
-            chains.skip(workers, room, |estimator, walk, unit, out| {
-                walk.advance(estimator, count, how, unit, out)
-            })?;
-        }
-        self.chains = chains;
+        let asked = Asked::AtLeast(fewest, self.params.brightness_error);
+        let first = self.generation(0, asked, (scene, frame), workers)?;
+        self.chains = Chains::new((frame, self.schedule(frame)), first);
         Ok(())
     }
 
@@ -229,13 +245,17 @@ impl Method for PrimarySpace {
             out,
             workers,
         )?;
-        let schedule = Schedule::new(frame, self.params.chains, self.params.steps);
+        let schedule = self.schedule(frame);
+        let renew = |(number, count)| {
+            self.generation(number, Asked::Exactly(count), (scene, frame), workers)
+        };
+        let renewed = self.chains.due(schedule, self.params.renew).map(renew).transpose()?;
         let how = self.how();
         let room = || self.estimator(scene, frame);
         let step = |estimator: &mut Estimator, walk: &mut Walk, unit, out: &mut Vec<Splat>| {
             walk.advance(estimator, schedule.steps, how, unit, out)
         };
-        let moved = self.chains.pass(workers, (frame, schedule), out, room, step)?;
+        let moved = self.chains.pass(renewed, workers, (frame, schedule), out, room, step)?;
         stats += moved.stats();
         self.chains.moved(moved);
         Ok(Commit { kind: CommitKind::Average, stats })

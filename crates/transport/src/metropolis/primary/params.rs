@@ -61,6 +61,8 @@ pub struct PrimaryParams {
     /// Relative standard error of the picture's brightness for which more candidates are taken.
     #[serde(deserialize_with = "probability")]
     pub brightness_error: f64,
+    /// Steps for each candidate after which chains start afresh, at candidates of their own; 0: never.
+    pub renew: u32,
     /// How chains start.
     pub startup: Startup,
     /// Steps of each chain that are left out with `startup=discard`.
@@ -89,6 +91,7 @@ impl Default for PrimaryParams {
             steps: 1,
             bootstrap: 1 << 16,
             brightness_error: 0.03,
+            renew: 4,
             startup: Startup::Resample,
             discard: 0,
             large_step: 0.3,
@@ -216,6 +219,11 @@ pub fn common() -> Vec<Parameter> {
             "brightness_error",
             d.brightness_error.to_string(),
             "relative error of the brightness for which up to 16 times as many are taken",
+        ),
+        p(
+            "renew",
+            d.renew.to_string(),
+            "steps for each of those after which chains start afresh from as many others; 0: never",
         ),
         p(
             "startup",

@@ -88,8 +88,8 @@ pub struct Guided {
     field: AnyField,
     pixels: Pixels,
     totals: Option<Totals>,
-    /// V̄ of the last two iterations.
-    variances: [Option<f32>; 2],
+    /// V̄ of the iteration before that.
+    earlier: Option<f32>,
     /// Rays of this iteration, as costs.
     cost: f64,
     /// Weight of a pass, from the variance of those before.
@@ -112,7 +112,7 @@ impl Guided {
             params,
             pixels: Pixels::new(0, 0),
             totals: None,
-            variances: [None; 2],
+            earlier: None,
             cost: 0.0,
             weight: 1.0,
             plain_cost: 0.0,
@@ -193,22 +193,22 @@ impl Guided {
                 self.plain_cost = cost;
             }
             let Some(variance) = self.pixels.end() else { return };
+            let before = std::mem::replace(&mut self.earlier, self.totals.map(|t| t.variance));
             self.totals = Some(Totals { variance, cost });
             let plain = self.pixels.plain();
             self.weight = (plain / variance).clamp(1.0 / MOST_WEIGHT, MOST_WEIGHT);
-            if self.params.fallback && !self.pays(index + 1, variance, cost) {
+            if self.params.fallback && !self.pays(index + 1, before, variance, cost) {
                 self.plain = true;
                 self.weight = 1.0;
             }
-            self.variances = [self.variances[1], Some(variance)];
         }
     }
 }
 
 impl Guided {
     /// False if plain paths should go on after the iteration that ends at so many passes. Its samples
-    /// had this variance and cost.
-    fn pays(&self, passes: u64, variance: f32, cost: f32) -> bool {
+    /// had this variance and cost; `before` is the variance two iterations before.
+    fn pays(&self, passes: u64, before: Option<f32>, variance: f32, cost: f32) -> bool {
         let plain = self.pixels.plain();
         if passes == 3 {
             // Even without variance trees would not be worth their time.
@@ -221,7 +221,7 @@ impl Guided {
             // As if two more iterations brought what the last two brought, and then as many rays as
             // plain paths have: while no path ends many more are traced.
             true => {
-                let before = self.variances[0].unwrap_or(variance);
+                let before = before.unwrap_or(variance);
                 variance * (variance / before) * self.plain_cost
             }
             false => variance * cost,
@@ -316,7 +316,7 @@ impl Method for Guided {
         self.field.save(out)?;
         self.pixels.save(out)?;
         self.totals.save(out)?;
-        self.variances.save(out)?;
+        self.earlier.save(out)?;
         (self.cost, self.weight).save(out)?;
         (self.plain_cost, self.plain).save(out)
     }
@@ -325,7 +325,7 @@ impl Method for Guided {
         self.field = Saved::load(from)?;
         self.pixels = Saved::load(from)?;
         self.totals = Saved::load(from)?;
-        self.variances = Saved::load(from)?;
+        self.earlier = Saved::load(from)?;
         (self.cost, self.weight) = Saved::load(from)?;
         (self.plain_cost, self.plain) = Saved::load(from)?;
         Ok(())
