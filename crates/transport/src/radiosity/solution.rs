@@ -137,12 +137,15 @@ impl Solution {
     ) -> Result<Solution, RenderError> {
         let count = params.patches as usize;
         let rounds = if params.adapt { ADAPTIONS } else { 0 };
-        mesh.divide_evenly(scene, count >> rounds);
+        // Of what can be divided at all: many scenes are hundreds of thousands of triangles as they are.
+        let whole = mesh.roots as usize;
+        let of_round = |round: u32| whole + (count.saturating_sub(whole) >> round);
+        mesh.divide_evenly(scene, of_round(rounds));
         for round in (1..=rounds).rev() {
             let coarse = Self::level(scene, mesh, &sources, params, workers)?;
             let errs = coarse.errs();
             mesh = coarse.mesh;
-            mesh.divide_worst(scene, count >> (round - 1), &errs);
+            mesh.divide_worst(scene, of_round(round - 1), &errs);
         }
         Self::level(scene, mesh, &sources, params, workers)
     }

@@ -158,6 +158,27 @@ fn matte_patches_are_those_of_radiosity() {
     }
 }
 
+/// A wall is divided before a hundred slivers nearly as long: that its patches err by more counts, not that slivers
+/// are long. By the longest side alone two of three patches are slivers'.
+#[test]
+fn slivers_are_left_whole() {
+    let mut stage = Stage::new();
+    let white = stage.diffuse(0.5);
+    stage.shape(GeometryDesc::Rectangle, HERE, white);
+    for i in 0..50 {
+        let place = at(0.0, 0.04 * i as f32 - 1.0, 0.5) * scale(1.0, 1e-4, 1.0);
+        stage.shape(GeometryDesc::Rectangle, place, white);
+    }
+    let mesh = meshed(&stage.build(), 1500);
+    let leaves = mesh.leaves();
+    let area = |e: &u32| mesh.elements[*e as usize].area;
+    let of_wall = leaves.iter().filter(|e| mesh.elements[**e as usize].center().z < 0.25);
+    let (count, largest) = of_wall.fold((0, 0.0f32), |(n, most), e| (n + 1, most.max(area(e))));
+    assert!(2 * count > leaves.len(), "{count} of {}", leaves.len());
+    // As even as halves allow.
+    assert!(largest < 2.5 * 4.0 / count as f32, "{largest} of {count}");
+}
+
 /// Patches that are a scene's triangles as they are, are told.
 #[test]
 fn a_mesh_that_divides_little_says_so() {

@@ -1,4 +1,12 @@
 //! How elements are divided: one by one, or all until there are enough.
+//!
+//! ```text
+//! A ℓ²,   A the area, ℓ the longest side: divide where it is largest                (2)
+//! ```
+//!
+//! (2) is the square that a patch errs by where light changes evenly along surfaces, ΔH ∝ ℓ. Not ℓ alone:
+//! moulded edges are slivers, as long as a wall and a hair wide, which would take all patches before the wall
+//! is divided at all.
 
 use super::matter::furnish;
 use super::{Element, Mesh, NONE};
@@ -42,12 +50,12 @@ impl Mesh {
             .for_each(|half| furnish(scene, &facets[half.facet as usize], half, glossy));
     }
 
-    /// Divides the leaves with the longest sides until there are so many leaves, or nothing is
+    /// (2): divides the leaves until there are so many leaves, or nothing is
     /// left to divide. Black ones stay whole.
     pub fn divide_evenly(&mut self, scene: &Scene, count: usize) {
         let leaves = self.leaves();
         let heap = leaves.iter().filter_map(|&e| self.order(e)).collect();
-        // Those of about the same length together.
+        // Those of about the same size together.
         self.divide_first(scene, (heap, leaves.len(), count), 0.999, |mesh, _, half| {
             mesh.order(half)
         });
@@ -90,10 +98,10 @@ impl Mesh {
         }
     }
 
-    /// By the longest side.
+    /// (2).
     fn order(&self, e: u32) -> Option<First> {
         let element = &self.elements[e as usize];
-        (!element.is_black()).then(|| First(element.longest_side().1, e))
+        (!element.is_black()).then(|| First(element.area * element.longest_side().1.powi(2), e))
     }
 
     fn halves(&self, scene: &Scene, e: u32) -> [Element; 2] {
