@@ -2,10 +2,12 @@
 //!
 //! ```text
 //! A (ρ (H_max - H_min))²   over the corners of a patch: divide where it is largest   (1)
+//! B - E ← ρ (F (B - E) + F E + H_d)   by rays, thrice, after a hierarchy             (2)
 //! ```
 //!
 //! (1) is about the square of what interpolation errs by; it is large along shadows and in corners
-//! (adaptive subdivision, Cohen, Greenberg, Immel & Brock 1986).
+//! (adaptive subdivision, Cohen, Greenberg, Immel & Brock 1986). Coarse links lose a little light each where
+//! what is hidden of a sender is darker than what is not; of that (2) leaves ρ³.
 
 use super::form_factor::{FormFactorKind, FormFactors};
 use super::glossy::Glossy;
@@ -25,8 +27,10 @@ use rayon::prelude::*;
 
 /// Form factors beyond which a matrix does not fit: some 3 GB.
 const MOST_FORM_FACTORS: usize = 400_000_000;
-/// Coarser meshes before an adapted one, each with half as many patches as the next.
+/// Coarser meshes before an adapted one, each with half as many divisions as the next.
 const ADAPTIONS: u32 = 2;
+/// A last gathering's rays for each of the two before it, whose noise it evens out.
+const FEW: u32 = 8;
 /// Patches that a hierarchy begins with, as a part of all.
 const FIRST: usize = 64;
 
@@ -115,12 +119,15 @@ impl Solution {
         let mut hierarchy = Hierarchy::new(scene, &mut mesh, sources.clone());
         let solved = hierarchy.solve(&refinement, workers).ok_or(RenderError::Cancelled)?;
         let leaves = mesh.leaves();
-        let irradiance = match params.polish {
-            0 => solved.irradiance,
-            rays => polished(scene, &mesh, (&leaves, &solved.reflected), &sources, rays, workers)
-                .ok_or(RenderError::Cancelled)?,
-        };
         let direct = sources.direct(&mesh, &leaves);
+        let (mut irradiance, mut reflected) = (solved.irradiance, solved.reflected);
+        let few = params.polish.div_ceil(FEW);
+        for rays in [few, few, params.polish].into_iter().filter(|rays| *rays > 0) {
+            irradiance = polished(scene, &mesh, (&leaves, &reflected), &sources, rays, workers)
+                .ok_or(RenderError::Cancelled)?;
+            let all = irradiance.iter().zip(&direct).map(|(a, b)| *a + *b).zip(&leaves);
+            reflected = all.map(|(h, &e)| mesh.elements[e as usize].albedo * h).collect(); // (2)
+        }
         let shading = Shading::new(scene, &mesh, &leaves);
         let (direct, indirect) = (shading.values(direct), shading.values(irradiance));
         let links = solved.links;

@@ -4,10 +4,12 @@
 //! G_p = Σ over links p←q of F_pq V_pq B_q                          gather            (1)
 //! H = G + G of all above;  B = S + ρH at leaves                    push              (2)
 //! B = Σ A_c/A B_c over the halves                                  pull              (3)
+//! σ² = Σ A_c/A (σ_c² + (B_c - B)²)                                 pull              (4)
 //! ```
 //!
 //! Two nodes exchange light at the level at which that is good enough ([`refine`]). What arrives per
-//! area is pushed down undivided, what leaves is pulled up by area. Clusters carry what they send and
+//! area is pushed down undivided, what leaves is pulled up by area. σ is how uneven B is over an element: over a
+//! leaf, as far as it is from B of the element above. Clusters carry what they send and
 //! get by direction ([`harmonics`]).
 
 mod clusters;
@@ -27,7 +29,7 @@ use kaustika_spectra::Spectrum;
 /// How far a hierarchy is refined.
 #[derive(Clone, Copy, Debug)]
 pub struct Refinement {
-    /// ε: power that a link may err by, as a part of all that is sent at first.
+    /// ε: power that a link may err by to the smallest element, as a part of all that is sent at first.
     pub error: f32,
     /// No element is divided that is smaller than this.
     pub area: f32,
@@ -47,8 +49,10 @@ struct Link {
     q: Short,
     /// F V: the form factor, or what takes its place with clusters, and the visible part.
     f: f32,
-    /// What the light that it carries may be wrong by: times A_p B_q.
-    doubt: f32,
+    /// What F V may be at most.
+    most: f32,
+    /// δ: what is hidden of one place, and not of another; of p alone, and of both.
+    hidden: [f32; 2],
 }
 
 /// A mesh under refinement.
@@ -63,6 +67,8 @@ pub struct Hierarchy<'m, 'a> {
     source: Vec<Spectrum>,
     radiosity: Vec<Spectrum>,
     irradiance: Vec<Spectrum>,
+    /// σ of the elements, mean over the colours.
+    spread: Vec<f32>,
     /// Of the clusters: intensity, and irradiance gathered at them and above.
     sent: Vec<Lobes9>,
     got: Vec<Lobes9>,
@@ -92,6 +98,7 @@ impl<'m, 'a> Hierarchy<'m, 'a> {
             source: Vec::new(),
             radiosity: Vec::new(),
             irradiance: Vec::new(),
+            spread: Vec::new(),
             sent: vec![Lobes9::default(); clusters.len()],
             got: vec![Lobes9::default(); clusters.len()],
             clusters,
@@ -154,6 +161,7 @@ impl<'m, 'a> Hierarchy<'m, 'a> {
         self.source.extend(&sources);
         self.radiosity.extend(&sources);
         self.irradiance.resize(self.source.len(), Spectrum::ZERO);
+        self.spread.resize(self.source.len(), 0.0);
     }
 
     /// (1).
@@ -188,7 +196,7 @@ impl<'m, 'a> Hierarchy<'m, 'a> {
         }
     }
 
-    /// (2) and (3).
+    /// (2) to (4).
     fn push_pull(&mut self) {
         for c in (0..self.clusters.len()).rev() {
             let got = self.got[c];
@@ -232,6 +240,32 @@ impl<'m, 'a> Hierarchy<'m, 'a> {
                 }
             }
             self.sent[c] = sent;
+        }
+        self.pull_spread();
+    }
+
+    /// (4).
+    fn pull_spread(&mut self) {
+        let elements = &self.mesh.elements;
+        let off = |a: usize, b: usize| (self.radiosity[a] - self.radiosity[b]).average().abs();
+        for (e, element) in elements.iter().enumerate() {
+            if e < self.mesh.roots as usize {
+                // Nothing is known of what is whole; but what lamps emit is even.
+                let emits = if self.sources.emit() { element.emission } else { Spectrum::ZERO };
+                self.spread[e] = (self.radiosity[e] - emits).average().abs();
+            }
+            if element.children != NONE {
+                let first = element.children as usize;
+                (first..first + 2).for_each(|half| self.spread[half] = off(half, e));
+            }
+        }
+        for (e, element) in elements.iter().enumerate().rev().filter(|(_, e)| !e.is_leaf()) {
+            let first = element.children as usize;
+            let terms = (first..first + 2).map(|half| {
+                let share = elements[half].area / element.area;
+                share * (self.spread[half].powi(2) + off(half, e).powi(2))
+            });
+            self.spread[e] = terms.sum::<f32>().sqrt();
         }
     }
 

@@ -1,18 +1,24 @@
 //! Where nodes are linked.
 //!
 //! ```text
-//! P = A_p F_pq B_q                                power that may be carried         (4)
-//! κ = (r_p + r_q)/d, at most 1                    how uneven it is                  (5)
+//! κ_p = r_p/d,  κ_q = r_q/d,   d from the one's middle to the other, at most 1        (5)
 //! δ = 4V(1 - V), at least 1/2(n+1) after n rays                                      (6)
-//! link if P max(Vκ, δ) ≤ ε, or nothing can be divided                               (7)
+//! divide p if A_p F max(V κ_p, δ) B > ε                                              (7)
+//! divide q if A_0 F max(V κ_q σ, δ B) > ε,   σ ≤ B how uneven it is                   (8)
 //! ```
 //!
-//! More rays ask where few could not tell: those that all agree, of a link that is otherwise good enough. Or
+//! What p's division mends is the mesh: light that changes over p. That is judged by power, so that what is
+//! large is divided first (brightness-weighted refinement, Hanrahan et al. 1991). What q's division mends is
+//! what arrives at a place: F of elements is exact however large q is, if it sends evenly, so that its σ counts.
+//! That is judged by what it brings per area, as if p were as small as the smallest, of area A_0: as
+//! Hanrahan's F_ε, it opens q as wide, seen from p, at every level, and links are as many as elements. With
+//! power they would be more of each, the deeper elements go.
+//!
+//! Where both are to be divided, the larger is. (6) goes on where something is partly in the way. More rays ask
+//! where few could not tell: those that all agree, of a link that is otherwise good enough. Or
 //! every link above some power would be refined for the rays' sake, at every level, whatever its κ.
 //!
-//! (7) is brightness-weighted refinement (Hanrahan et al. 1991): what is dark, small or far is linked
-//! coarsely. (5) lets even light through that is strong; (6) goes on where something is partly in
-//! the way. Of the two nodes the larger is divided. F between elements is Lambert's formula from
+//! F between elements is Lambert's formula from
 //! points of p; between an element and a cluster, or two, light goes from middle to middle. A link
 //! that is refined is taken away, or its light would arrive twice.
 
@@ -25,7 +31,7 @@ use kaustika_math::{Vec2, Vec3, mix_bits};
 use kaustika_sampling::hash::{combine, halves, unit};
 use kaustika_scene::RayBatch;
 use rayon::prelude::*;
-use std::f32::consts::PI;
+use std::f32::consts::{FRAC_1_SQRT_2, PI};
 
 /// Links at most: beyond, coarse ones stay.
 const MOST_LINKS: usize = 1 << 26;
@@ -35,6 +41,16 @@ const RAYS: (f32, f32) = (4.0, 32.0);
 const MORE_RAYS: f32 = 512.0;
 /// Attempts to find points that face each other, for each ray.
 const ATTEMPTS: u32 = 4;
+
+/// What rays between two nodes have found.
+struct Seen {
+    /// V.
+    v: f32,
+    /// δ over p alone.
+    over_p: f32,
+    /// How many there were.
+    rays: u32,
+}
 
 impl Hierarchy<'_, '_> {
     /// Refines all links until each errs by no more than `error`, or elements are no larger than
@@ -54,40 +70,34 @@ impl Hierarchy<'_, '_> {
                 format!("refining: {elements} elements, {made} links, {asked} in question")
             });
             // Which are good enough?
-            let power: Vec<f32> = links
-                .par_iter()
-                .map(|l| self.sent_over(l.p.into(), l.q.into()) * l.doubt)
-                .collect();
+            let worst: Vec<Option<Node>> =
+                links.par_iter().map(|l| self.to_divide(l, error, area)).collect();
             let mut pairs = Vec::new();
             let mut divided = Vec::new();
             let mut coarse = Vec::new();
-            for (link, power) in links.into_iter().zip(power) {
+            for (link, node) in links.into_iter().zip(worst) {
                 let full = self.links.len() + coarse.len() + pairs.len() > MOST_LINKS;
-                if power <= error || full {
-                    self.links.push(link); // (7)
+                let Some(node) = node.filter(|_| !full) else {
+                    self.links.push(link);
                     continue;
+                };
+                if let Node::Element(e) = node
+                    && self.mesh.elements[e as usize].children == NONE
+                {
+                    divided.push(e);
                 }
-                match self.larger(&link, area) {
-                    Some(node) => {
-                        if let Node::Element(e) = node
-                            && self.mesh.elements[e as usize].children == NONE
-                        {
-                            divided.push(e);
-                        }
-                        coarse.push((link, node));
-                    }
-                    None => self.links.push(link),
-                }
+                coarse.push((link, node));
             }
             divided.sort_unstable();
             divided.dedup();
             self.mesh.divide(self.scene, &divided);
             self.add_sources();
             for e in divided {
-                // Until light arrives by finer links.
-                let b = self.radiosity[e as usize];
+                // Until light arrives by finer links: σ as of light that changes evenly.
+                let (b, spread) = (self.radiosity[e as usize], self.spread[e as usize]);
                 let first = self.mesh.elements[e as usize].children as usize;
                 self.radiosity[first..first + 2].fill(b);
+                self.spread[first..first + 2].fill(spread * FRAC_1_SQRT_2);
             }
             for (link, node) in coarse {
                 self.parts(&link, node, &mut pairs);
@@ -98,23 +108,9 @@ impl Hierarchy<'_, '_> {
         Some(())
     }
 
-    /// A_p B_q of (4), from what is sent by now. What a cluster sends may go in other directions than
-    /// from middle to middle, the more so the nearer the two are.
-    fn sent_over(&self, p: Node, q: Node) -> f32 {
-        let sent = match q {
-            Node::Element(q) => self.radiosity[q as usize].average(),
-            Node::Cluster(c) => {
-                let w = (self.center(p) - self.center(q)).try_normalize().unwrap_or(Vec3::Z);
-                let sent = &self.sent[c as usize];
-                let ahead = sent.value(w).average();
-                ahead.max(self.uneven(p, q) * sent.most().average())
-            }
-        };
-        self.area(p) * sent
-    }
-
-    /// The node to divide: the larger one that can be.
-    fn larger(&self, link: &Link, area: f32) -> Option<Node> {
+    /// (7) and (8): the node to divide, if one is to be, and can be.
+    fn to_divide(&self, link: &Link, error: f32, area: f32) -> Option<Node> {
+        let (p, q) = (Node::from(link.p), Node::from(link.q));
         let can = |node: Node| match node {
             Node::Cluster(_) => true,
             Node::Element(e) => {
@@ -122,9 +118,32 @@ impl Hierarchy<'_, '_> {
                 element.children != NONE || element.area > area && !element.is_black()
             }
         };
-        let (p, q) = (Node::from(link.p), Node::from(link.q));
-        let order = if self.radius(p) >= self.radius(q) { [p, q] } else { [q, p] };
-        order.into_iter().find(|node| can(*node))
+        let (b, spread) = self.sent(p, q);
+        let [of_p, of_q] = self.uneven(p, q);
+        let [over_p, over_both] = link.hidden;
+        let q_is_larger = self.radius(q) > self.radius(p);
+        let hidden = if q_is_larger { [over_p, over_both] } else { [over_both, 0.0] };
+        let mends_p = self.area(p) * b * link.most * of_p.max(hidden[0]);
+        let mends_q = area * link.most * (of_q * spread).max(hidden[1] * b);
+        let first =
+            if q_is_larger { [(q, mends_q), (p, mends_p)] } else { [(p, mends_p), (q, mends_q)] };
+        first.into_iter().find(|(node, mends)| *mends > error && can(*node)).map(|(node, _)| node)
+    }
+
+    /// B_q, from what is sent by now, and its σ. What a cluster sends may go in other directions than
+    /// from middle to middle, the more so the nearer the two are.
+    fn sent(&self, p: Node, q: Node) -> (f32, f32) {
+        match q {
+            Node::Element(q) => (self.radiosity[q as usize].average(), self.spread[q as usize]),
+            Node::Cluster(c) => {
+                let w = (self.center(p) - self.center(q)).try_normalize().unwrap_or(Vec3::Z);
+                let sent = &self.sent[c as usize];
+                let [of_p, of_q] = self.uneven(p, q);
+                let most = (of_p + of_q).min(1.0) * sent.most().average();
+                let sent = sent.value(w).average().max(most);
+                (sent, sent)
+            }
+        }
     }
 
     /// The pairs that take the place of a link whose `node` is divided.
@@ -163,39 +182,55 @@ impl Hierarchy<'_, '_> {
         let uneven = self.uneven(p, q);
         let (f, most) = match (p, q) {
             (Node::Element(p), Node::Element(q)) => {
-                let f = self.between_elements(p, q, uneven);
+                let f = self.between_elements(p, q, uneven[0]);
                 (f, f)
             }
-            _ => self.between_middles(p, q, d, uneven),
+            _ => self.between_middles(p, q, d, (uneven[0] + uneven[1]).min(1.0)),
         };
         if most <= 0.0 {
             return None;
         }
-        if p == q || uneven >= 1.0 && self.is_cluster(p, q) {
+        let link = |v: f32, hidden| Link { p: p.into(), q: q.into(), f: f * v, most, hidden };
+        if p == q || self.is_cluster(p, q) && uneven[0] + uneven[1] >= 1.0 {
             // What overlaps is not worth asking: it is refined if it matters at all.
-            return Some(Link { p: p.into(), q: q.into(), f, doubt: most });
+            return Some(link(1.0, [1.0; 2]));
         }
-        let power = self.sent_over(p, q) * most;
-        let part = power / error.max(f32::MIN_POSITIVE);
+        let part = self.area(p) * self.sent(p, q).0 * most / error.max(f32::MIN_POSITIVE);
         let mut rays = (0.25 * part).clamp(RAYS.0, RAYS.1);
-        let (mut v, mut asked) = self.visible(p, q, rays as u32);
+        let mut seen = self.visible(p, q, rays as u32);
         let agree = |v: f32| v == 0.0 || v == 1.0;
         // (6) of n rays that agree is below 1/part from n of part/2 on.
         let needed = 0.5 * part;
-        if agree(v) && v * uneven * part <= 1.0 && rays < needed && needed < MORE_RAYS {
+        if agree(seen.v) && seen.v * uneven[0] * part <= 1.0 && rays < needed && needed < MORE_RAYS
+        {
             rays = needed.ceil();
-            (v, asked) = self.visible(p, q, rays as u32);
+            seen = self.visible(p, q, rays as u32);
         }
-        let hidden = (4.0 * v * (1.0 - v)).max(0.5 / (asked + 1) as f32);
-        let doubt = most * (v * uneven).max(hidden); // (6)
-        Some(Link { p: p.into(), q: q.into(), f: f * v, doubt })
+        let least = 0.5 / (seen.rays + 1) as f32;
+        let both = 4.0 * seen.v * (1.0 - seen.v); // (6)
+        Some(link(seen.v, [seen.over_p.max(least), both.max(least)]))
     }
 
-    /// (5).
-    fn uneven(&self, p: Node, q: Node) -> f32 {
-        let reach = self.radius(p) + self.radius(q);
-        let distance = (self.center(q) - self.center(p)).length();
-        if distance > reach { reach / distance } else { 1.0 }
+    /// (5), of p and of q.
+    fn uneven(&self, p: Node, q: Node) -> [f32; 2] {
+        if p == q {
+            return [1.0; 2];
+        }
+        let (of_p, of_q) = (self.radius(p), self.radius(q));
+        let part = |r: f32, d: f32| if d > r { r / d } else { 1.0 };
+        match (p, q) {
+            (Node::Element(a), Node::Element(b)) => {
+                let (a, b) = (&self.mesh.elements[a as usize], &self.mesh.elements[b as usize]);
+                [part(of_p, b.distance(a.center())), part(of_q, a.distance(b.center()))]
+            }
+            _ => {
+                let d = (self.center(q) - self.center(p)).length();
+                match d > of_p + of_q {
+                    true => [part(of_p, d), part(of_q, d)],
+                    false => [1.0; 2],
+                }
+            }
+        }
     }
 
     fn is_cluster(&self, p: Node, q: Node) -> bool {
@@ -256,9 +291,8 @@ impl Hierarchy<'_, '_> {
         (of_p * of_q * sent / d2, most_p * most_q * sent / d2)
     }
 
-    /// V, by `n` rays between points that face each other, weighted as the kernel is; and how many
-    /// there were.
-    fn visible(&self, p: Node, q: Node, n: u32) -> (f32, u32) {
+    /// V, by `n` rays between points that face each other, weighted as the kernel is.
+    fn visible(&self, p: Node, q: Node, n: u32) -> Seen {
         let name = |node: Node| match node {
             Node::Element(e) => u64::from(e),
             Node::Cluster(c) => u64::from(c) | 1 << 32,
@@ -267,6 +301,7 @@ impl Hierarchy<'_, '_> {
         let key = mix_bits(mix_bits(low) ^ high);
         let disk = self.area(q) / n as f32;
         let (mut segments, mut weights) = (Vec::with_capacity(n as usize), Vec::new());
+        let mut places = Vec::with_capacity(n as usize);
         for i in 0..n * ATTEMPTS {
             let pick = |node, k: u64| {
                 let u = rotated(r2(i), combine(key, k));
@@ -278,6 +313,7 @@ impl Hierarchy<'_, '_> {
             if cos_x > 0.0 && cos_y > 0.0 {
                 segments.push(x.sight(&y));
                 weights.push(cos_x * cos_y / (r2 * (PI * r2 + disk)));
+                places.push(x.p);
             }
             if segments.len() as u32 == n {
                 break;
@@ -287,8 +323,15 @@ impl Hierarchy<'_, '_> {
         self.scene.occluded_all(&segments, &mut batch);
         let all: f32 = weights.iter().sum();
         let open = weights.iter().zip(&batch.occluded).filter(|(_, hidden)| !**hidden);
-        let v = open.map(|(w, _)| w).sum::<f32>() / all.max(f32::MIN_POSITIVE);
-        (v.min(1.0), segments.len() as u32)
+        let v = (open.map(|(w, _)| w).sum::<f32>() / all.max(f32::MIN_POSITIVE)).min(1.0);
+        let over_p = match p {
+            Node::Element(e) if v > 0.0 && v < 1.0 => {
+                let corners = &self.mesh.elements[e as usize].corners;
+                change(corners, places.iter().copied().zip(batch.occluded.iter().map(|h| !h)))
+            }
+            _ => 4.0 * v * (1.0 - v),
+        };
+        Seen { v, over_p, rays: segments.len() as u32 }
     }
 
     /// A point of a node, uniform over its area.
@@ -304,6 +347,29 @@ impl Hierarchy<'_, '_> {
             Node::Cluster(_) => unreachable!("clusters end in elements"),
         }
     }
+}
+
+/// How much what is seen of places on a triangle changes between its corners, from 0 to 1: the standard deviation of
+/// the parts V_k that are seen near each, twice, without what is chance.
+///
+/// ```text
+/// 4 (1/2 Σ_k (V_k - V)² - V(1 - V)/3 Σ_k 1/n_k)                                      (9)
+/// ```
+fn change(corners: &[Vec3; 3], seen: impl Iterator<Item = (Vec3, bool)>) -> f32 {
+    let (mut open, mut all) = ([0.0f32; 3], [0.0f32; 3]);
+    for (x, is_open) in seen {
+        let far = |k: usize| (corners[k] - x).length_squared();
+        let k = (1..3).fold(0, |best, k| if far(k) < far(best) { k } else { best });
+        all[k] += 1.0;
+        open[k] += f32::from(is_open);
+    }
+    if all.contains(&0.0) {
+        return 1.0;
+    }
+    let v = open.iter().sum::<f32>() / all.iter().sum::<f32>();
+    let between: f32 = (0..3).map(|k| (open[k] / all[k] - v).powi(2)).sum();
+    let chance: f32 = all.iter().map(|n| v * (1.0 - v) / n).sum();
+    (4.0 * (0.5 * between - chance / 3.0)).clamp(0.0, 1.0).sqrt() // (9)
 }
 
 /// The middles of the n² equal parts of a triangle, as barycentric weights.

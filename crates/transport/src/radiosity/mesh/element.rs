@@ -55,6 +55,23 @@ impl Element {
         self.corners.iter().map(|c| (*c - center).length()).fold(0.0, f32::max)
     }
 
+    /// How far a place is from it.
+    pub fn distance(&self, x: Vec3) -> f32 {
+        let c = &self.corners;
+        let side = |k: usize| c[(k + 1) % 3] - c[k];
+        let turn = side(0).cross(side(1));
+        // Above the triangle if on the inner side of all sides.
+        if (0..3).all(|k| turn.cross(side(k)).dot(x - c[k]) >= 0.0) {
+            return self.normal.dot(x - c[0]).abs();
+        }
+        let to_side = |k: usize| {
+            let (s, to) = (side(k), x - c[k]);
+            let t = (to.dot(s) / s.length_squared().max(f32::MIN_POSITIVE)).clamp(0.0, 1.0);
+            (to - s * t).length()
+        };
+        (0..3).map(to_side).fold(f32::INFINITY, f32::min)
+    }
+
     /// The corner before the longest side, and that side's length.
     pub fn longest_side(&self) -> (usize, f32) {
         let length = |k: usize| (self.corners[(k + 1) % 3] - self.corners[k]).length();
