@@ -334,8 +334,8 @@ fn the_hierarchy_agrees_with_the_matrix() {
             "form_factors": "analytic", "samples": 8}),
     );
     let mut errors = Vec::new();
-    for error in [0.1, 0.004] {
-        let p = json!({"direct": "mesh", "patches": 4000, "error": error, "polish": 0});
+    for (error, polish) in [(0.1, 0), (0.004, 0), (0.1, 2048)] {
+        let p = json!({"direct": "mesh", "patches": 4000, "error": error, "polish": polish});
         let hierarchy = solved(&scene, p);
         let (mut difference, mut all) = (0.0f64, 0.0f64);
         for (&leaf, h) in matrix.leaves.iter().zip(&matrix.indirect.leaves) {
@@ -350,11 +350,13 @@ fn the_hierarchy_agrees_with_the_matrix() {
     }
     assert!(errors[1] < 0.04, "{errors:?}");
     assert!(errors[1] < 0.6 * errors[0], "{errors:?}");
+    // Coarse links lose light, of which gatherings leave little: 4.0 %, and 5.7 % with one gathering instead of three.
+    assert!(errors[2] < 0.048, "{errors:?}");
 }
 
 /// Hanrahan, Salzman & Aupperle 1991: links grow as elements, not as their square. Of each leaf there are as many,
-/// whatever the smallest area; were the division of what sends judged by power as that of what receives is, a leaf
-/// would have more the deeper elements go.
+/// whatever the smallest area: 85, 79, 61. Were what sends divided by power, as what receives is, there would be
+/// 84, 84, 92.
 #[test]
 fn links_are_linear_in_elements() {
     let scene = one_wall().build();
@@ -363,5 +365,5 @@ fn links_are_linear_in_elements() {
         (s.leaves.len(), s.links as f64 / s.leaves.len() as f64)
     });
     assert!(found[2].0 > 8 * found[0].0, "{found:?}");
-    assert!(found[1..].iter().all(|f| f.1 < 1.2 * found[0].1), "{found:?}");
+    assert!(found[1..].iter().all(|f| f.1 < 1.05 * found[0].1), "{found:?}");
 }

@@ -159,7 +159,7 @@ fn matte_patches_are_those_of_radiosity() {
 }
 
 /// A wall is divided before a hundred slivers nearly as long: that its patches err by more counts, not that slivers
-/// are long. By the longest side alone two of three patches are slivers'.
+/// are long. By the longest side alone the wall has 64 of the 1500 patches.
 #[test]
 fn slivers_are_left_whole() {
     let mut stage = Stage::new();

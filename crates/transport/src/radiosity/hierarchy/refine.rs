@@ -3,8 +3,8 @@
 //! ```text
 //! κ_p = r_p/d,  κ_q = r_q/d,   d from the one's middle to the other, at most 1        (5)
 //! δ = 4V(1 - V), at least 1/2(n+1) after n rays                                      (6)
-//! divide p if A_p F max(V κ_p, δ) B > ε                                              (7)
-//! divide q if A_0 F max(V κ_q σ, δ B) > ε,   σ ≤ B how uneven it is                   (8)
+//! divide p if A_p F max(κ_p, δ_p) B > ε                                              (7)
+//! divide q if A_0 F max(κ_q σ, δ B) > ε,   σ ≤ B how uneven it is                     (8)
 //! ```
 //!
 //! What p's division mends is the mesh: light that changes over p. That is judged by power, so that what is
@@ -14,7 +14,8 @@
 //! Hanrahan's F_ε, it opens q as wide, seen from p, at every level, and links are as many as elements. With
 //! power they would be more of each, the deeper elements go.
 //!
-//! Where both are to be divided, the larger is. (6) goes on where something is partly in the way. More rays ask
+//! Where both are to be divided, the larger is. (6) goes on where something is partly in the way. δ_p is δ if p is
+//! the larger; if q is, what is hidden of q from all of p alike is not p's, and δ_p is how V changes over p (9). More rays ask
 //! where few could not tell: those that all agree, of a link that is otherwise good enough. Or
 //! every link above some power would be refined for the rays' sake, at every level, whatever its κ.
 //!
