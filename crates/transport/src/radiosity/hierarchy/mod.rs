@@ -49,7 +49,7 @@ struct Link {
     q: Short,
     /// F V: the form factor, or what takes its place with clusters, and the visible part.
     f: f32,
-    /// What F V may be at most.
+    /// What F may be at most, were nothing hidden.
     most: f32,
     /// δ: what is hidden of one place, and not of another; of p alone, and of both.
     hidden: [f32; 2],
