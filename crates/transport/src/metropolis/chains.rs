@@ -101,8 +101,8 @@ pub struct Chains<W> {
     size: [u32; 2],
     /// Steps that each has made, over all generations.
     steps: u64,
-    /// How many generations there were before this one, and steps of each chain of this one.
-    age: [u64; 2],
+    /// Those of this generation.
+    age: u64,
     now: Generation<W>,
     /// What generations before this one have visited.
     visited: Visited,
@@ -112,8 +112,9 @@ pub struct Chains<W> {
 
 /// Where chains came to.
 pub struct Moved<W> {
-    now: Generation<W>,
-    renewed: bool,
+    walks: Vec<W>,
+    /// The generation that they are of, if it is a new one, as it started.
+    renewed: Option<Generation<W>>,
     groups: Groups,
     tally: Tally,
     steps: u64,
@@ -132,7 +133,7 @@ impl<W> Default for Chains<W> {
             candidates: Moments::default(),
             size: [0; 2],
             steps: 0,
-            age: [0; 2],
+            age: 0,
             now: Generation::default(),
             visited: Visited::default(),
             groups: Groups::default(),
@@ -156,10 +157,10 @@ impl<W: Saved + Clone + Send + Sync + Visitor> Chains<W> {
     /// The number of the generation that is due, and of its candidates, which are as many as this one's: if that has made
     /// `renew` steps for each of them; never if `renew` is 0.
     pub fn due(&self, schedule: Schedule, renew: u32) -> Option<(u64, u64)> {
-        let [generation, steps] = self.age;
-        let made = steps * schedule.chains as u64;
+        let made = self.age * schedule.chains as u64;
         let asked = u64::from(renew) * self.now.candidates.count();
-        (renew > 0 && made >= asked).then(|| (generation + 1, self.now.candidates.count()))
+        (renew > 0 && made >= asked)
+            .then(|| (self.visited.generations() + 1, self.now.candidates.count()))
     }
 
     /// A pass, of a new generation if there is one: `step` moves a chain by the schedule's steps, of which each leaves so much light.
@@ -179,12 +180,10 @@ impl<W: Saved + Clone + Send + Sync + Visitor> Chains<W> {
         // A cancelled pass leaves no trace.
         let mut groups = self.groups.clone();
         groups.begin(out);
-        let is_new = renewed.is_some();
-        let now = renewed.unwrap_or_else(|| self.now.clone());
-        let (of_groups, group) = (&now.of_groups, &now.group);
-        let of = |chain: usize| group[chain] as usize;
+        let now = renewed.as_ref().unwrap_or(&self.now);
+        let of = |chain: usize| now.group[chain] as usize;
         let one = |room: &mut S, i: usize, walk: &mut W, out: &mut Vec<Splat>| {
-            step(room, walk, schedule.unit(of_groups[of(i)]), out)
+            step(room, walk, schedule.unit(now.of_groups[of(i)]), out)
         };
         let (walks, tallies) = film::run(workers, &now.walks, room, one, |i, splats| {
             for s in splats {
@@ -195,34 +194,34 @@ impl<W: Saved + Clone + Send + Sync + Visitor> Chains<W> {
         groups.end();
         let mut tally = Tally::default();
         tallies.iter().for_each(|t| tally.add(t));
-        let now = Generation { walks, ..now };
-        Ok(Moved { now, renewed: is_new, groups, tally, steps: schedule.steps })
+        Ok(Moved { walks, renewed, groups, tally, steps: schedule.steps })
     }
 
     /// They are there now.
     pub fn moved(&mut self, moved: Moved<W>) {
-        if moved.renewed {
+        if let Some(next) = moved.renewed {
             self.visited.add(self.visited_now());
-            self.candidates.add(&moved.now.candidates);
-            self.age = [self.age[0] + 1, 0];
+            self.candidates.add(&next.candidates);
+            self.age = 0;
+            self.now = next;
         }
-        self.now = moved.now;
+        self.now.walks = moved.walks;
         self.groups = moved.groups;
         self.tally.add(&moved.tally);
         self.steps += moved.steps;
-        self.age[1] += moved.steps;
+        self.age += moved.steps;
     }
 
     /// What this generation has visited.
     fn visited_now(&self) -> Visited {
-        Visited::of(&self.now.walks, self.age[1], Tiles::new(self.size).count())
+        Visited::of(&self.now.walks, self.age, Tiles::new(self.size).count())
     }
 
     /// What the generations that are over have visited; the first, if it still is the only one.
     fn visited(&self) -> Visited {
-        match self.visited.is_nothing() {
-            true => self.visited_now(),
-            false => self.visited.clone(),
+        match self.visited.generations() {
+            0 => self.visited_now(),
+            _ => self.visited.clone(),
         }
     }
 
@@ -266,7 +265,7 @@ impl<W: Saved + Clone + Send + Sync + Visitor> Chains<W> {
             "{} chains of {} steps{}: brightness known to {:.1} %, groups disagree (R-hat > {AGREE}) on tiles with {:.0} % of their light, longest stand {} steps",
             self.now.walks.len(),
             self.steps,
-            match self.age[0] {
+            match self.visited.generations() {
                 0 => String::new(),
                 n => format!(" in {} generations", n + 1),
             },
@@ -290,7 +289,7 @@ impl<W: Saved + Clone + Send + Sync + Visitor> Chains<W> {
     pub fn report(&self, strategies: &[&str]) -> Vec<(String, f64)> {
         let mut report = self.candidates.report();
         report.push(("chains".into(), self.now.walks.len() as f64));
-        report.push(("generations".into(), (self.age[0] + 1) as f64));
+        report.push(("generations".into(), (self.visited.generations() + 1) as f64));
         report.extend(self.tally.report(strategies));
         if let Some(errors) = self.groups.errors() {
             let [tiles, lengths] = self.coverage(&errors);
@@ -318,7 +317,7 @@ impl<W: Saved + Clone + Send + Sync + Visitor> Chains<W> {
         self.tally = Tally::load(from)?;
         self.groups = Groups::load(from)?;
         self.steps = u64::load(from)?;
-        self.age = Saved::load(from)?;
+        self.age = u64::load(from)?;
         self.visited = Visited::load(from)?;
         self.candidates = Moments::load(from)?;
         Ok(())

@@ -98,9 +98,9 @@ impl Visited {
         }
     }
 
-    /// True if no generation is over.
-    pub fn is_nothing(&self) -> bool {
-        self.generations == 0
+    /// How many generations are over.
+    pub fn generations(&self) -> u64 {
+        self.generations
     }
 
     /// Share of the chains that were in each tile.
