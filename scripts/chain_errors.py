@@ -2,19 +2,24 @@
 """Are the errors that Metropolis methods report true? (run by hand)
 
     scripts/chain_errors.py SCENE METHOD[:KEY=VALUE[,KEY=VALUE]...]... [--reference FILE.exr] [--seeds 10] [--spp 100]
-        [--resolution 80x64] [-p KEY=VALUE]... [--rgb] [--kaustika PROGRAM]
+        [--resolution 80x64] [-p KEY=VALUE]... [--rgb] [--keep FOLDER] [--kaustika PROGRAM]
 
 Every method renders with seeds 1, 2, .... Over tiles of 16 x 16 pixels and seeds, of green:
 
     chi2 = Σ ((x - mean over seeds) / reported)² / ((seeds - 1) tiles)
 
-`reported` is the layer TileError; of `erpt`, whose passes are independent, it comes from sixteen shares of them, and the warning from a render of them all. About 15/13 is right for errors from 16 groups, and 0.7 to 1.4 is accepted. bias: the same of the mean over
-seeds against the reference, whose own error comes from its layer StdError (independent pixels), a degree of freedom, with the number of
-tiles and the p-value. warned: how many renders warned that chains keep to parts of the picture, or that few candidates have most of its light. Runs in a Python with numpy and OpenImageIO.
+`reported` is the layer TileError; of `erpt`, whose passes are independent, it comes from sixteen shares of them, and the warning from
+renders of them all with the first two seeds. About 15/13 is right for errors from 16 groups, and 0.7 to 1.4 is accepted. bias: the
+same of the mean over seeds against the reference, whose own error comes from its layer StdError (independent pixels), a degree of
+freedom, with the number of tiles and the p-value. seconds: of processor time, a render. warned: how many renders warned that chains keep
+to parts of the picture, or that few candidates have most of its light. With --keep a run that was stopped goes on where it was, and
+what was rendered is not rendered again; --spp may be given of each method: mlt:spp=400. Runs in a Python with numpy and OpenImageIO.
 """
 import argparse
+import contextlib
 import math
 import os
+import re
 import subprocess
 import tempfile
 
@@ -57,29 +62,50 @@ class Program:
 
     def __init__(self, args, method, folder):
         name, _, own = method.partition(":")
-        self.out = os.path.join(folder, "x.exr")
-        self.command = [args.kaustika, "render", args.scene, "-m", name, "--spp", str(args.spp), "--resolution", args.resolution,
-                        "--threads", str(args.threads), "-o", self.out, *["--rgb"] * args.rgb]
-        for p in args.parameters + [p for p in own.split(",") if p]:
-            self.command += ["-p", p]
+        own = dict(p.split("=", 1) for p in args.parameters + [p for p in own.split(",") if p])
+        self.spp = int(own.pop("spp", args.spp))
+        self.erpt = name == "erpt"
+        self.folder = folder
+        # What was rendered is known by how it was rendered.
+        self.name = re.sub(r"[^A-Za-z0-9.=+-]", "_", ",".join([name, *(f"{k}={v}" for k, v in own.items()), args.resolution, str(self.spp)]))
+        self.command = [args.kaustika, "render", args.scene, "-m", name, "--spp", str(self.spp), "--resolution", args.resolution,
+                        "--threads", str(args.threads), *["--rgb"] * args.rgb]
+        for k, v in own.items():
+            self.command += ["-p", f"{k}={v}"]
 
     def layers(self, *extra):
         """The picture's layers, and whether the render warned."""
-        done = subprocess.run([*self.command, *extra], capture_output=True, text=True)
+        out = os.path.join(self.folder, f"{self.name}.exr")
+        done = subprocess.run([*self.command, "-o", out, *extra], capture_output=True, text=True)
         if done.returncode:
             raise SystemExit(done.stderr)
-        return layers(self.out), "warning: " in done.stderr
+        return layers(out), "warning: " in done.stderr
 
-    def tiles(self, seed, spp):
-        """Means and errors of tiles, and whether the render warned."""
-        if "erpt" in self.command:
-            edges = [spp * i // SHARES for i in range(SHARES + 1)]
+    def render(self, seed):
+        """Means and errors of tiles, whether the render warned (-1: not asked), and its seconds."""
+        before = os.times()
+        if self.erpt:
+            edges = [self.spp * i // SHARES for i in range(SHARES + 1)]
             parts = [self.layers("--seed", str(seed), "--passes", f"{a}..{b}")[0] for a, b in zip(edges, edges[1:])]
             means = np.array([tiles(p["G"]) for p in parts])
-            _, warned = self.layers("--seed", str(seed))
-            return means.mean(0), means.std(0, ddof=1) / math.sqrt(SHARES), warned
-        picture, warned = self.layers("--seed", str(seed))
-        return tiles(picture["G"]), tiles(picture["TileError.G"]), warned
+            mean, error = means.mean(0), means.std(0, ddof=1) / math.sqrt(SHARES)
+        else:
+            picture, warned = self.layers("--seed", str(seed))
+            mean, error = tiles(picture["G"]), tiles(picture["TileError.G"])
+        after = os.times()
+        if self.erpt:
+            warned = self.layers("--seed", str(seed))[1] if seed <= 2 else -1
+        return mean, error, int(warned), after.children_user - before.children_user
+
+    def tiles(self, seed):
+        """What `render` tells, or told before."""
+        kept = os.path.join(self.folder, f"{self.name}-{seed}.npz")
+        if not os.path.exists(kept):
+            told = dict(zip(["mean", "error", "warned", "seconds"], self.render(seed)))
+            np.savez(kept + ".part.npz", **told)
+            os.replace(kept + ".part.npz", kept)
+        with np.load(kept) as told:
+            return told["mean"], told["error"], int(told["warned"]), float(told["seconds"])
 
 
 def main():
@@ -93,29 +119,33 @@ def main():
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("-p", dest="parameters", action="append", default=[])
     parser.add_argument("--rgb", action="store_true")
+    parser.add_argument("--keep", help="folder for what was rendered")
     parser.add_argument("--kaustika", default=os.path.join(HERE, "../target/release/kaustika"))
     args = parser.parse_args()
-    print(f"{'method':44s} {'chi2':>6s} {'bias':>6s} {'p':>8s} {'tiles':>6s} {'warned':>7s}")
-    for method in args.methods:
-        means, errors, warned = [], [], 0
-        with tempfile.TemporaryDirectory() as folder:
+    print(f"{'method':44s} {'chi2':>6s} {'bias':>6s} {'p':>8s} {'tiles':>6s} {'seconds':>8s} {'warned':>7s}")
+    with contextlib.ExitStack() as stack:
+        folder = args.keep or stack.enter_context(tempfile.TemporaryDirectory())
+        os.makedirs(folder, exist_ok=True)
+        for method in args.methods:
             program = Program(args, method, folder)
-            for seed in range(1, args.seeds + 1):
-                mean, error, told = program.tiles(seed, args.spp)
-                means.append(mean)
-                errors.append(error)
-                warned += told
-        x, e = np.array(means), np.array(errors)
-        lit = (e > 0).all(0)
-        chi = (((x - x.mean(0)) / np.where(e > 0, e, 1)) ** 2)[:, lit].sum() / ((args.seeds - 1) * lit.sum())
-        bias, p = float("nan"), float("nan")
-        if args.reference:
-            r = layers(args.reference)
-            own = error_of_tiles(r["StdError.G"])
-            mine = np.sqrt((e ** 2).sum(0)) / args.seeds
-            total = (((x.mean(0) - tiles(r["G"])) ** 2) / (own ** 2 + mine ** 2))[lit].sum()
-            bias, p = total / lit.sum(), chi_square_tail(total, lit.sum())
-        print(f"{method:44s} {chi:6.2f} {bias:6.2f} {p:8.4f} {lit.sum():6d} {warned:4d}/{args.seeds}", flush=True)
+            row(method, [program.tiles(seed) for seed in range(1, args.seeds + 1)], args)
+
+
+def row(method, told, args):
+    """Prints a method's row."""
+    means, errors, warned, seconds = (list(x) for x in zip(*told))
+    x, e = np.array(means), np.array(errors)
+    lit = (e > 0).all(0)
+    chi = (((x - x.mean(0)) / np.where(e > 0, e, 1)) ** 2)[:, lit].sum() / ((args.seeds - 1) * lit.sum())
+    bias, p = float("nan"), float("nan")
+    if args.reference:
+        r = layers(args.reference)
+        own = error_of_tiles(r["StdError.G"])
+        mine = np.sqrt((e ** 2).sum(0)) / args.seeds
+        total = (((x.mean(0) - tiles(r["G"])) ** 2) / (own ** 2 + mine ** 2))[lit].sum()
+        bias, p = total / lit.sum(), chi_square_tail(total, lit.sum())
+    print(f"{method:44s} {chi:6.2f} {bias:6.2f} {p:8.4f} {lit.sum():6d} {np.mean(seconds):8.1f} "
+          f"{sum(w > 0 for w in warned):4d}/{sum(w >= 0 for w in warned)}", flush=True)
 
 
 if __name__ == "__main__":

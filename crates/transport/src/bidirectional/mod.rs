@@ -3,7 +3,7 @@
 //! Every sample makes a subpath from a light and one from the eye, joins every vertex of the one
 //! to every vertex of the other, and weighs each joint path against all ways to have made it.
 //! Good at caustics on what is seen directly and at light that comes over a corner; bad at
-//! reflections of caustics, which no strategy but chance finds.
+//! reflections of caustics, which no strategy but chance finds, or [`Guides`].
 
 mod merging;
 mod params;
@@ -19,7 +19,7 @@ use crate::lights;
 use crate::method::{
     Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule,
 };
-use crate::path_space::{emission_table, needs_lens, splat_bands};
+use crate::path_space::{Guides, emission_table, needs_lens, splat_bands};
 use crate::strategies::{DEEPEST, Pairs, Pyramid};
 use crate::workers::Workers;
 use kaustika_film::accumulate::PassImage;
@@ -41,6 +41,8 @@ pub static INFO: MethodInfo = MethodInfo {
 
 /// Samples of a chunk.
 const CHUNK: u32 = 2048;
+/// Paths from lights in the first batch that guides learn from.
+const LIGHT_PATHS: u32 = 1 << 16;
 
 /// The method.
 #[derive(Debug)]
@@ -50,12 +52,13 @@ pub struct Bdpt {
     lights: Option<LightSelection>,
     /// How lights are chosen to emit.
     emission: LightSelection,
+    guides: Option<Guides>,
 }
 
 impl Bdpt {
     /// With these parameters.
     pub fn new(params: BdptParams) -> Bdpt {
-        Bdpt { params, lights: None, emission: LightSelection::default() }
+        Bdpt { params, lights: None, emission: LightSelection::default(), guides: None }
     }
 }
 
@@ -89,6 +92,10 @@ impl Method for Bdpt {
         }
         self.lights = lights::learn(scene, frame, self.params.max_bounces(), workers);
         self.emission = emission_table(scene);
+        if self.params.guiding {
+            let how = (self.params.max_bounces(), LIGHT_PATHS);
+            self.guides = Guides::learn((scene, frame), &self.emission, how, workers)?;
+        }
         Ok(())
     }
 
@@ -105,6 +112,7 @@ impl Method for Bdpt {
         let room = || {
             let settings = self.params.settings();
             let pairs = Pairs::new(scene, frame, settings, lights, &self.emission);
+            let pairs = pairs.guided(self.guides.as_ref());
             if self.params.pyramid { pairs.with_pyramid() } else { pairs }
         };
         let bands = splat_bands(workers, frame, out, rows, room, |room, band, splats| {

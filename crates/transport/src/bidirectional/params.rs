@@ -30,6 +30,8 @@ pub struct BdptParams {
     pub weighted: bool,
     /// True: a layer for each strategy, weighted and not.
     pub pyramid: bool,
+    /// True: subpaths from the eye look for caustics where paths from lights say they come from.
+    pub guiding: bool,
     /// True: lights are not seen directly.
     pub hide_emitters: bool,
     /// Only paths of exactly this many bounces; -1 all.
@@ -48,6 +50,7 @@ impl Default for BdptParams {
             strategy: None,
             weighted: true,
             pyramid: false,
+            guiding: false,
             hide_emitters: false,
             only_depth: -1,
         }
@@ -134,6 +137,11 @@ pub fn parameters() -> Vec<Parameter> {
             "pyramid",
             d.pyramid.to_string(),
             "true: a layer for each strategy, weighted and not, and a sheet of them; needs max_depth",
+        ),
+        p(
+            "guiding",
+            d.guiding.to_string(),
+            "true: subpaths from the eye look for caustics where paths from lights say they come from",
         ),
         p("hide_emitters", d.hide_emitters.to_string(), "lights are not seen directly"),
         p(

@@ -1,18 +1,18 @@
 //! Where chains have been: a chain that mixes visits every part where a good share of the light is.
 //!
 //! ```text
-//! coverage = Σ p v / Σ p      over parts with p N ≥ 3                                   (1)
+//! coverage = Σ p v / Σ p      over parts with p N ≥ 30                                  (1)
 //! ```
 //!
-//! p is a part's share of the light, N the steps of a chain, v the share of the chains that were there. N
-//! independent samples would miss such a part with a probability of at most e⁻³. Parts are tiles of the
+//! p is a part's share of the light, N the steps of a chain, v the share of the chains that were there. Chains
+//! whose steps are worth a tenth of independent samples miss such a part with a probability of at most e⁻³. Parts are tiles of the
 //! picture, or lengths of paths. Of several generations the mean is taken: chains that start afresh come to other parts
 //! without moving there.
 
 use crate::saved::saved;
 
 /// Fewest visits expected.
-const EXPECTED: f64 = 3.0;
+const EXPECTED: f64 = 30.0;
 
 /// Where a chain has been.
 #[derive(Clone, Debug, Default, PartialEq)]

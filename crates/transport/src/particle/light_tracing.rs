@@ -25,7 +25,7 @@ use crate::path_space::{
 use crate::workers::Workers;
 use kaustika_film::accumulate::{PassImage, PixelRecord};
 use kaustika_sampling::Sampler;
-use kaustika_scene::bsdf::{Lobes, Mode};
+use kaustika_scene::bsdf::Mode;
 use kaustika_scene::{LightSelection, Scene, Segment};
 use kaustika_spectra::Wavelengths;
 
@@ -131,13 +131,7 @@ impl<'a> Tracer<'a> {
             scene,
             frame,
             emission,
-            walker: Walker {
-                scene,
-                roulette: params.roulette(),
-                mode: Mode::Importance,
-                until_smooth: false,
-                lobes: Lobes::ALL,
-            },
+            walker: Walker::new(scene, params.roulette(), Mode::Importance),
             nee: params.nee,
             max_depth: params.max_bounces(),
             only_depth: params.only_bounces(),

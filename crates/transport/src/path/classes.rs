@@ -75,13 +75,7 @@ impl<'a> Integrator<'a> {
             footprint: walk.footprint,
             spread: walk.spread,
         };
-        let walker = Walker {
-            scene,
-            roulette: self.roulette,
-            mode: Mode::Radiance,
-            until_smooth: false,
-            lobes: Lobes::ALL,
-        };
+        let walker = Walker::new(scene, self.roulette, Mode::Radiance);
         let most = self.max_depth.saturating_add(1) as usize;
         let escape = walker.walk(&start, most, &mut sampler, eye, stats);
         tracks.follow_eye(eye);

@@ -1,11 +1,12 @@
 //! Subpaths: random walks from either end, over surfaces and through media.
 
-use super::{Vertex, solid_angle_to_area};
+use super::{Guides, Vertex, solid_angle_to_area};
+use crate::guiding::{DirectionSample, MixedBsdf};
 use crate::method::PassStats;
 use crate::roulette::{Roulette, WalkState};
 use kaustika_math::{Ray, Vec2, Vec3};
 use kaustika_sampling::Sampler;
-use kaustika_scene::bsdf::{BsdfSample, Lobes, Mode};
+use kaustika_scene::bsdf::{Bsdf, BsdfSample, Lobes, Mode};
 use kaustika_scene::description::MediumId;
 use kaustika_scene::{Scene, Surface};
 use kaustika_spectra::{Spectrum, Wavelengths};
@@ -161,9 +162,16 @@ pub struct Walker<'a> {
     /// The classes by which surfaces scatter the subpath on: all, but for methods that find what
     /// the others do in another way.
     pub lobes: Lobes,
+    /// Where the eye's subpaths look for caustics, if that is known.
+    pub guides: Option<&'a Guides>,
 }
 
 impl<'a> Walker<'a> {
+    /// That goes on by whatever surfaces do, unguided.
+    pub fn new(scene: &'a Scene, roulette: Roulette, mode: Mode) -> Walker<'a> {
+        Walker { scene, roulette, mode, until_smooth: false, lobes: Lobes::ALL, guides: None }
+    }
+
     /// Follows a subpath for at most `most` vertices, into `path`. The ray that left the scene, if
     /// that ended the subpath.
     pub fn walk(
@@ -199,13 +207,33 @@ impl<'a> Walker<'a> {
                 continue;
             }
             let u = sampler.get_vertex();
-            let scattered = bsdf.sample(wo, u[5], Vec2::new(u[2], u[3]), self.mode, self.lobes);
+            let scattered = self.scatter(&surface, wo, bsdf, (u[5], Vec2::new(u[2], u[3])));
             trail.place(path, surface, wo, &u);
             path.keep();
+            let (scattered, share) = scattered.unzip();
+            trail.beta *= share.unwrap_or(1.0);
             self.leave(&mut trail, path, scattered.as_ref(), u[6])?;
             passages = 0;
         }
         None
+    }
+
+    /// A direction from a surface as if the BSDF had drawn it, and p_bsdf / p of (1) in [`guides`](Guides).
+    pub(crate) fn scatter(
+        &self,
+        surface: &Surface,
+        wo: Vec3,
+        bsdf: &Bsdf,
+        (uc, u2): (f32, Vec2),
+    ) -> Option<(BsdfSample, f32)> {
+        let Some(guide) = self.guides.and_then(|guides| guides.at(surface, bsdf, wo)) else {
+            return Some((bsdf.sample(wo, uc, u2, self.mode, self.lobes)?, 1.0));
+        };
+        let mixed = MixedBsdf::new(bsdf, Some(&guide)).of(self.lobes);
+        let DirectionSample { bsdf: s, pdf_bsdf } = mixed.sample(wo, uc, u2, self.mode)?;
+        let share = pdf_bsdf / s.pdf;
+        // What the BSDF never draws has no density here.
+        (share > 0.0).then(|| (BsdfSample { weight: s.weight / share, pdf: pdf_bsdf, ..s }, share))
     }
 
     /// Goes on from the last vertex as `scattered` says, if the subpath survives.

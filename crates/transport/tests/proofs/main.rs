@@ -29,6 +29,7 @@ mod meters;
 mod metropolis;
 mod metropolis_1d;
 mod metropolis_generations;
+mod metropolis_guides;
 mod metropolis_trust;
 mod mis;
 mod motion;

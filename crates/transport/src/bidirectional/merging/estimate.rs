@@ -186,13 +186,7 @@ impl<'a> Estimator<'a> {
         let OfPass { lambda, time } = self.of_pass;
         let (end, start) = LightEnd::emit(self.scene, self.emission, &lambda, time, &mut sampler)?;
         let roulette = self.params.roulette();
-        let walker = Walker {
-            scene: self.scene,
-            roulette,
-            mode: Carrying::Importance,
-            until_smooth: false,
-            lobes: Lobes::ALL,
-        };
+        let walker = Walker::new(self.scene, roulette, Carrying::Importance);
         walker.walk(&start, self.max_depth, &mut sampler, &mut room.light, stats);
         self.weights.of_light(self.scene, self.lights, &end, &room.light, &mut room.of_light);
         if let Some(tracks) = &mut room.tracks {
@@ -219,11 +213,8 @@ impl<'a> Estimator<'a> {
         let camera_end = CameraEnd { aperture: None, ..CameraEnd::new(scene, &camera.ray) };
         let start = camera_end.start(scene, &camera, self.of_pass.lambda);
         let walker = Walker {
-            scene,
-            roulette: self.params.roulette(),
-            mode: Carrying::Radiance,
             until_smooth: mode == Mode::Ppm,
-            lobes: Lobes::ALL,
+            ..Walker::new(scene, self.params.roulette(), Carrying::Radiance)
         };
         let most = self.max_depth.saturating_add(1);
         let escape = walker.walk(&start, most, &mut sampler, &mut room.eye, stats);

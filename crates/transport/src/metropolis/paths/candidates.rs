@@ -2,13 +2,15 @@
 //! (Veach & Guibas 1997, sec. 5.1).
 //!
 //! ```text
-//! W_{s,t} = f(x) / Σ_σ R(σ) R(k + 1 - σ) q_σ(x)       balance heuristic over σ of k + 1             (1)
+//! W_{s,t} = f(x) / Σ_σ R(σ) R(k + 1 - σ) q̄_σ(x)       balance heuristic over σ of k + 1             (1)
 //! W = Σ W_{s,t},    P(x is kept) = W_{s,t} / W                                              (2)
 //! R(c) = ρ^max(0, c - c₀)                             a subpath comes to c vertices           (3)
+//! q̄ = (q + q') / 2                                    every other sample is guided            (4)
 //! ```
 //!
 //! E[W] is the film's brightness, and W times what is kept a sample of f. Roulette knows nothing but numbers
-//! of vertices, so that (1) can have it in closed form.
+//! of vertices, so that (1) can have it in closed form. q' is the density of what [`guided`](super::guided) draws: with (4) no path weighs
+//! more than twice what it would without.
 
 use super::bidirectional::Lengths;
 use super::path::{Path, Sensed, Source, Turn, toward};
@@ -35,8 +37,12 @@ struct Sample<'t, 'a> {
     lambda: Wavelengths,
     /// The number that chose the wavelengths, and time.
     begun: (f32, f32),
+    /// True of the other half of (4).
+    guided: bool,
     total: f64,
     kept: Option<Path<'a>>,
+    /// q'/q of a path.
+    ratios: Vec<f64>,
 }
 
 /// A subpath: inner vertices from its end on.
@@ -50,7 +56,9 @@ pub(super) fn candidate<'a>(
 ) -> Option<(Path<'a>, f64)> {
     let begun = (draws.f32(), draws.f32());
     let lambda = Wavelengths::sample_for(tracer.scene.mode, begun.0);
-    let mut sample = Sample { tracer, lengths, draws, lambda, begun, total: 0.0, kept: None };
+    let guided = tracer.guides.is_some() && draws.f32() < 0.5;
+    let (total, kept, ratios) = (0.0, None, Vec::new());
+    let mut sample = Sample { tracer, lengths, draws, lambda, begun, guided, total, kept, ratios };
     sample.connect_all();
     let total = sample.total;
     sample.kept.map(|path| (path, total))
@@ -130,7 +138,11 @@ impl<'a> Sample<'_, 'a> {
                 break;
             }
             let node = path[i].node.clone();
-            let Some(onward) = self.tracer.scatter(&node, wo, mode, self.draws) else { break };
+            let onward = match self.guided && mode == Mode::Radiance {
+                true => self.tracer.scatter_guided(&node, wo, self.draws),
+                false => self.tracer.scatter(&node, wo, mode, self.draws),
+            };
+            let Some(onward) = onward else { break };
             path[i].dirac = onward.dirac;
             wo = -onward.ray.d;
             let met = self.tracer.meet(onward.ray, f32::INFINITY, &self.lambda);
@@ -185,10 +197,7 @@ impl<'a> Sample<'_, 'a> {
         let turns = light.iter().chain(eye.iter().rev()).cloned().collect();
         let measure = self.tracer.measure;
         let Some(path) = Path::new(&measure, self.begun, source, turns, sensed) else { return };
-        let vertices = path.len() + 2;
-        let ways = path.q.iter().enumerate();
-        let density: f64 = ways.map(|(s, q)| reached(s) * reached(vertices - s) * q).sum();
-        let weight = path.f / density;
+        let weight = path.f / self.density(&path);
         if !weight.is_finite() {
             return;
         }
@@ -196,5 +205,17 @@ impl<'a> Sample<'_, 'a> {
         if self.draws.f64() * self.total < weight {
             self.kept = Some(path);
         }
+    }
+
+    /// The denominator of (1).
+    fn density(&mut self, path: &Path) -> f64 {
+        let vertices = path.len() + 2;
+        let roulette = |s: usize| reached(s) * reached(vertices - s);
+        let ways = path.q.iter().enumerate().map(|(s, q)| roulette(s) * q);
+        if self.tracer.guides.is_none() {
+            return ways.sum();
+        }
+        self.tracer.guided(path, &mut self.ratios);
+        ways.zip(&self.ratios).map(|(q, ratio)| 0.5 * (q + q * ratio)).sum() // (4)
     }
 }

@@ -7,6 +7,7 @@
 mod bidirectional;
 mod candidates;
 mod erpt;
+mod guided;
 mod kept;
 mod lens_subpath;
 mod manifold;
@@ -36,7 +37,7 @@ use crate::lights;
 use crate::method::{
     Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule as Passes, Trust,
 };
-use crate::path_space::{Splat, Tracks, emission_table, needs_lens};
+use crate::path_space::{Guides, Splat, Tracks, emission_table, needs_lens};
 use crate::workers::Workers;
 use kaustika_film::accumulate::PassImage;
 use kaustika_scene::{LightSelection, Scene};
@@ -62,13 +63,15 @@ pub struct Mlt {
     params: PathParams,
     lights: Option<LightSelection>,
     emission: LightSelection,
+    guides: Option<Guides>,
     chains: Chains<Walk>,
 }
 
 impl Mlt {
     /// With these parameters.
     pub fn new(params: PathParams) -> Mlt {
-        Mlt { params, lights: None, emission: LightSelection::default(), chains: Chains::default() }
+        let (emission, chains) = (LightSelection::default(), Chains::default());
+        Mlt { params, lights: None, emission, guides: None, chains }
     }
 
     /// The picture's brightness, summed over pixels, without what is rendered separately, and its
@@ -87,6 +90,10 @@ impl Mlt {
         needs_lens(scene)?;
         self.lights = lights::learn(scene, frame, self.params.max_bounces(), workers);
         self.emission = emission_table(scene);
+        if self.params.guiding {
+            let how = (self.params.max_bounces(), self.params.bootstrap);
+            self.guides = Guides::learn((scene, frame), &self.emission, how, workers)?;
+        }
         Ok(())
     }
 
@@ -148,9 +155,10 @@ impl Mlt {
         let [w, h] = frame.resolution.map(f64::from);
         let measure =
             Measure { scene, lights, sensor: &frame.sensor, area: field.area(), pixels: w * h };
-        let (emission, stats) = (&self.emission, PassStats::default());
+        let (emission, guides) = (&self.emission, self.guides.as_ref());
         let tracks = frame.paths.as_ref().map(|classes| Tracks::new(classes, scene));
-        Tracer { scene, lights, emission, measure, field, tracks, stats }
+        let stats = PassStats::default();
+        Tracer { scene, lights, emission, measure, field, guides, tracks, stats }
     }
 }
 

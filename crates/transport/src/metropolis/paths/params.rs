@@ -85,6 +85,8 @@ pub struct PathParams {
     pub startup: Startup,
     /// Steps of each chain that are left out with `startup=discard`.
     pub discard: u32,
+    /// True: every other candidate looks for caustics where paths from lights say they come from.
+    pub guiding: bool,
     /// The kinds of mutations, equally likely.
     #[serde(deserialize_with = "mutations")]
     pub mutations: Vec<Mutation>,
@@ -110,6 +112,8 @@ pub struct Erpt {
     /// Steps of a chain.
     #[serde(deserialize_with = "crate::registry::count")]
     pub chain_length: u32,
+    /// As [`PathParams::guiding`].
+    pub guiding: bool,
     /// As [`PathParams::mutations`].
     #[serde(deserialize_with = "mutations")]
     pub mutations: Vec<Mutation>,
@@ -117,11 +121,18 @@ pub struct Erpt {
 
 impl Default for Erpt {
     fn default() -> Self {
-        let PathParams { max_depth, only_depth, hide_emitters, direct, bootstrap, .. } =
+        let PathParams { max_depth, only_depth, hide_emitters, direct, bootstrap, guiding, .. } =
             PathParams::default();
-        let mutations = vec![Mutation::Lens, Mutation::Caustic, Mutation::MultiChain];
-        let chain_length = 100;
-        Erpt { max_depth, only_depth, hide_emitters, direct, bootstrap, chain_length, mutations }
+        Erpt {
+            max_depth,
+            only_depth,
+            hide_emitters,
+            direct,
+            bootstrap,
+            chain_length: 100,
+            guiding,
+            mutations: vec![Mutation::Lens, Mutation::Caustic, Mutation::MultiChain],
+        }
     }
 }
 
@@ -133,6 +144,8 @@ impl Erpt {
             only_depth: self.only_depth,
             hide_emitters: self.hide_emitters,
             direct: self.direct,
+            bootstrap: self.bootstrap,
+            guiding: self.guiding,
             mutations: self.mutations.clone(),
             ..PathParams::default()
         }
@@ -146,13 +159,14 @@ impl Default for PathParams {
             only_depth: -1,
             hide_emitters: false,
             direct: Direct::Separate,
-            chains: 512,
+            chains: 4096,
             steps: 4,
             bootstrap: 1 << 16,
             brightness_error: 0.03,
-            renew: 8,
+            renew: 4,
             startup: Startup::Resample,
             discard: 0,
+            guiding: true,
             mutations: Mutation::ALL.to_vec(),
         }
     }
@@ -216,9 +230,7 @@ pub fn parameters() -> Vec<Parameter> {
     let mut list = common();
     list.retain(|p| !only_primary.contains(&p.key));
     let own = PathParams::default();
-    for (key, default) in [("steps", own.steps), ("renew", own.renew)] {
-        list.iter_mut().filter(|p| p.key == key).for_each(|p| p.default = default.to_string());
-    }
+    list.iter_mut().filter(|p| p.key == "steps").for_each(|p| p.default = own.steps.to_string());
     list.push(Parameter {
         key: "mutations",
         default: "all".into(),
@@ -229,7 +241,7 @@ pub fn parameters() -> Vec<Parameter> {
 
 /// Those of energy redistribution.
 pub fn erpt_parameters() -> Vec<Parameter> {
-    let kept = ["max_depth", "only_depth", "hide_emitters", "direct", "bootstrap"];
+    let kept = ["max_depth", "only_depth", "hide_emitters", "direct", "bootstrap", "guiding"];
     let mut list = common();
     list.retain(|p| kept.contains(&p.key));
     list.push(Parameter {

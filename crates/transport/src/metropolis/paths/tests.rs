@@ -9,17 +9,20 @@
 
 use super::bidirectional::Lengths;
 use super::params::Mutation;
-use super::path::{Path, toward};
+use super::path::{Path, Turn, toward};
 use super::specular::{Interface, Place, first_by_last};
+use super::tracer::Onward;
 use super::walk::{candidate, propose};
 use super::{Mlt, PathParams};
 use crate::metropolis::acceptance;
 use crate::metropolis::film::stream;
-use crate::path_space::emission_table;
+use crate::path_space::{Walker, emission_table};
+use crate::roulette::{Roulette, Survival};
 use crate::test_scenes::*;
 use crate::{Frame, Workers};
 use kaustika_film::FilterDesc;
 use kaustika_math::special::p_two_sided;
+use kaustika_math::{Ray, Vec2};
 use kaustika_sampling::estimator::RunningMean;
 use kaustika_sampling::{SamplerConfig, SamplerKind};
 use kaustika_scene::Scene;
@@ -191,6 +194,57 @@ fn mirror_hall() -> Scene {
     stage.lamp(GeometryDesc::Rectangle, at(0.5, 0.3, 0.95) * down() * scale(0.4, 0.4, 1.0), 4.0);
     stage.camera(pinhole(80.0), look(v(-1.8, -1.7, 0.5), v(0.2, 0.1, 0.45)), SIZE);
     stage.build()
+}
+
+#[test]
+fn guided_directions_have_the_density_that_candidates_divide_by() {
+    // E[1/r] over guided directions is the share that the BSDF alone draws, of either kind; so is that of p_bsdf/p.
+    let scene = water();
+    let config =
+        SamplerConfig { kind: SamplerKind::Independent, seed: 4500, spp: 1, resolution: SIZE };
+    let frame = Frame::new(SIZE, FilterDesc::BOX, config);
+    let workers = Workers::new(2, Arc::default()).expect("threads");
+    let mut mlt = Mlt::new(PathParams { bootstrap: 4096, ..PathParams::default() });
+    mlt.learn(&scene, &frame, &workers).expect("learned");
+    assert!(mlt.guides.is_some(), "there are caustics");
+    let mut tracer = mlt.tracer(&scene, &frame);
+    let wo = v(0.6, -0.3, 0.5).normalize();
+    let o = v(0.3, -0.2, 0.0) + wo * 0.8;
+    let lambda = Wavelengths::sample_for(scene.mode, 0.5);
+    let node = tracer.node(Ray { o, d: -wo, time: 0.0 }, f32::INFINITY, &lambda).expect("a floor");
+    let mut draws = stream(4500, 0x7465_7374, 1);
+    let roulette = Roulette { survival: Survival::None, rr_depth: 1, threshold: 1.0 };
+    let walker = Walker { guides: tracer.guides, ..Walker::new(&scene, roulette, Mode::Radiance) };
+    let mut shares = [[RunningMean::new(); 2]; 3];
+    let mut largest: f64 = 0.0;
+    for _ in 0..200_000 {
+        let plain = tracer.scatter(&node, wo, Mode::Radiance, &mut draws);
+        let plain = plain.map(|onward| (onward.dirac.is_some(), 1.0));
+        let guided = tracer.scatter_guided(&node, wo, &mut draws).map(|Onward { ray, dirac }| {
+            let r = tracer.ratio(&Turn { node: node.clone(), dirac }, wo, ray.d);
+            (dirac.is_some(), 1.0 / r)
+        });
+        let u = (draws.f32(), Vec2::new(draws.f32(), draws.f32()));
+        let walked = walker.scatter(&node.surface, wo, &node.bsdf, u);
+        let walked = walked.map(|(s, share)| (s.lobe.has(Lobes::DELTA), f64::from(share)));
+        for (shares, drawn) in shares.iter_mut().zip([plain, guided, walked]) {
+            let mut found = [0.0; 2];
+            if let Some((dirac, share)) = drawn {
+                largest = largest.max(1.0 / share);
+                found[usize::from(dirac)] = share;
+            }
+            shares.iter_mut().zip(found).for_each(|(m, x)| m.push(x));
+        }
+    }
+    assert!(largest > 10.0, "nothing is guided: {largest}");
+    let [plain, guided, walked] = shares;
+    for (what, with) in [("candidates", guided), ("subpaths", walked)] {
+        for (kind, (a, b)) in ["smooth", "Dirac"].iter().zip(plain.iter().zip(&with)) {
+            let z = (a.mean() - b.mean()) / a.standard_error().hypot(b.standard_error());
+            let (a, b) = (a.mean(), b.mean());
+            assert!(a > 0.01 && p_two_sided(z.abs()) > 1e-5, "{what}, {kind}: {a} {b}, z {z}");
+        }
+    }
 }
 
 #[test]

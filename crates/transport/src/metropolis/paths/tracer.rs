@@ -4,7 +4,7 @@ use super::path::{Dirac, Measure, Node, Sensed, Source, Turn, toward};
 use crate::method::PassStats;
 use crate::metropolis::Draws;
 use crate::metropolis::film::Field;
-use crate::path_space::{CameraEnd, LightEnd, MAX_PASSAGES, Tracks};
+use crate::path_space::{CameraEnd, Guides, LightEnd, MAX_PASSAGES, Tracks};
 use kaustika_math::{ONE_MINUS_EPSILON, Ray, Vec2, Vec3};
 use kaustika_scene::bsdf::{Bsdf, BsdfSample, Lobes, Mode};
 use kaustika_scene::{LightId, LightSelection, Scene, Segment, Surface};
@@ -34,6 +34,8 @@ pub(super) struct Tracer<'a> {
     pub(super) emission: &'a LightSelection,
     pub(super) measure: Measure<'a>,
     pub(super) field: Field,
+    /// Where candidates look for caustics, if that is known.
+    pub(super) guides: Option<&'a Guides>,
     /// Sorts paths into layers, if there are any.
     pub(super) tracks: Option<Tracks<'a>>,
     pub(super) stats: PassStats,

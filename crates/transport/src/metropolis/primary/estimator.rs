@@ -16,7 +16,7 @@ use crate::frame::Frame;
 use crate::method::PassStats;
 use crate::metropolis::Draws;
 use crate::metropolis::film::{Field, scalar};
-use crate::path_space::Splat;
+use crate::path_space::{Guides, Splat};
 use crate::roulette::Survival;
 use crate::strategies::{Pairs, Settings};
 use kaustika_math::Vec2;
@@ -61,18 +61,19 @@ impl<'a> Estimator<'a> {
         frame: &'a Frame,
         params: &PrimaryParams,
         space: Space,
-        lights: &'a LightSelection,
-        emission: &'a LightSelection,
+        (lights, emission): (&'a LightSelection, &'a LightSelection),
+        guides: Option<&'a Guides>,
     ) -> Estimator<'a> {
         let field = Field::new(frame);
         let mut settings = params.settings(params.depths_of_chains());
         let pairs = |settings: Settings| {
-            Pairs::new(scene, frame, settings, lights, emission).over(field.area())
+            let pairs = Pairs::new(scene, frame, settings, lights, emission);
+            pairs.over(field.area()).guided(guides)
         };
         let mut candidates = None;
         let maker = match (space, params.over) {
             (Space::Whole, Over::Path) => {
-                Maker::Eye(EyePaths::new(scene, frame, settings, lights, emission))
+                Maker::Eye(EyePaths::new(scene, frame, settings, (lights, emission), guides))
             }
             (Space::Whole, Over::Bdpt) => Maker::Whole(pairs(settings)),
             (Space::Multiplexed, _) => {

@@ -3,7 +3,7 @@
 use super::super::film::Field;
 use crate::frame::Frame;
 use crate::method::PassStats;
-use crate::path_space::{CameraEnd, Closing, Direct, Splat, Subpath, Tracks, Walker};
+use crate::path_space::{CameraEnd, Closing, Direct, Guides, Splat, Subpath, Tracks, Walker};
 use crate::strategies::Settings;
 use kaustika_math::Vec2;
 use kaustika_sampling::{MisHeuristic, Sampler};
@@ -18,6 +18,7 @@ pub(super) struct EyePaths<'a> {
     settings: Settings,
     lights: &'a LightSelection,
     emission: &'a LightSelection,
+    guides: Option<&'a Guides>,
     field: Field,
     eye: Subpath<'a>,
     tracks: Option<Tracks<'a>>,
@@ -28,8 +29,8 @@ impl<'a> EyePaths<'a> {
         scene: &'a Scene,
         frame: &'a Frame,
         settings: Settings,
-        lights: &'a LightSelection,
-        emission: &'a LightSelection,
+        (lights, emission): (&'a LightSelection, &'a LightSelection),
+        guides: Option<&'a Guides>,
     ) -> EyePaths<'a> {
         EyePaths {
             scene,
@@ -37,6 +38,7 @@ impl<'a> EyePaths<'a> {
             settings,
             lights,
             emission,
+            guides,
             field: Field::new(frame),
             eye: Subpath::default(),
             tracks: frame.paths.as_ref().map(|classes| Tracks::new(classes, scene)),
@@ -57,11 +59,8 @@ impl<'a> EyePaths<'a> {
         let lambda = Wavelengths::sample_for(scene.mode, u[5]);
         let start = CameraEnd::new(scene, &camera.ray).start(scene, &camera, lambda);
         let walker = Walker {
-            scene,
-            roulette: self.settings.roulette,
-            mode: Mode::Radiance,
-            until_smooth: false,
-            lobes: Lobes::ALL,
+            guides: self.guides,
+            ..Walker::new(scene, self.settings.roulette, Mode::Radiance)
         };
         let [fewest, most] = self.settings.depths.map(|d| d as usize);
         let escape = walker.walk(&start, most.saturating_add(1), sampler, eye, stats);

@@ -26,7 +26,7 @@ use crate::lights;
 use crate::method::{
     Bias, Commit, CommitKind, Method, MethodInfo, RenderError, Schedule as Passes, Trust,
 };
-use crate::path_space::{Splat, emission_table, needs_lens};
+use crate::path_space::{Guides, Splat, emission_table, needs_lens};
 use crate::workers::Workers;
 use kaustika_film::accumulate::PassImage;
 use kaustika_scene::{LightSelection, Scene};
@@ -69,6 +69,7 @@ pub struct PrimarySpace {
     space: Space,
     lights: Option<LightSelection>,
     emission: LightSelection,
+    guides: Option<Guides>,
     small: f64,
     chains: Chains<Walk>,
 }
@@ -91,6 +92,7 @@ impl PrimarySpace {
             space,
             lights: None,
             emission: LightSelection::default(),
+            guides: None,
             chains: Chains::default(),
         }
     }
@@ -102,7 +104,8 @@ impl PrimarySpace {
 
     fn estimator<'a>(&'a self, scene: &'a Scene, frame: &'a Frame) -> Estimator<'a> {
         let lights = self.lights.as_ref().unwrap_or(&scene.light_selection);
-        Estimator::new(scene, frame, &self.params, self.space, lights, &self.emission)
+        let (lights, guides) = ((lights, &self.emission), self.guides.as_ref());
+        Estimator::new(scene, frame, &self.params, self.space, lights, guides)
     }
 
     /// A generation of chains and their starts, from streams of these numbers, for the candidates, their trial and the rest.
@@ -217,6 +220,10 @@ impl Method for PrimarySpace {
         let [_, most] = self.params.depths();
         self.lights = lights::learn(scene, frame, most, workers);
         self.emission = emission_table(scene);
+        if self.params.guiding {
+            let how = (most, self.params.bootstrap);
+            self.guides = Guides::learn((scene, frame), &self.emission, how, workers)?;
+        }
         if self.params.adapt {
             self.learn_step(scene, frame, seed, workers)?;
         }

@@ -67,6 +67,8 @@ pub struct PrimaryParams {
     pub startup: Startup,
     /// Steps of each chain that are left out with `startup=discard`.
     pub discard: u32,
+    /// True: subpaths from the eye look for caustics where paths from lights say they come from.
+    pub guiding: bool,
     /// Probability of a large step, in (0, 1].
     #[serde(deserialize_with = "probability")]
     pub large_step: f64,
@@ -87,13 +89,14 @@ impl Default for PrimaryParams {
             roulette: Survival::Throughput,
             hide_emitters: false,
             direct: Direct::Separate,
-            chains: 512,
+            chains: 4096,
             steps: 1,
             bootstrap: 1 << 16,
             brightness_error: 0.03,
             renew: 4,
             startup: Startup::Resample,
             discard: 0,
+            guiding: true,
             large_step: 0.3,
             small_step: 1.0 / 64.0,
             adapt: true,
@@ -231,6 +234,11 @@ pub fn common() -> Vec<Parameter> {
             "resample (no start-up bias), discard (biased: starts anywhere, leaves out first steps)",
         ),
         p("discard", d.discard.to_string(), "steps left out with startup=discard"),
+        p(
+            "guiding",
+            d.guiding.to_string(),
+            "true: where chains may start looks for caustics where paths from lights say they come from",
+        ),
         p("large_step", d.large_step.to_string(), "probability of a step to anywhere"),
         p(
             "small_step",

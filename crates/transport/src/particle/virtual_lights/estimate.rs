@@ -100,7 +100,7 @@ impl<'a> Estimator<'a> {
 
     fn walker(&self, mode: Mode) -> Walker<'a> {
         let (scene, roulette) = (self.scene, self.params.roulette());
-        Walker { scene, roulette, mode, until_smooth: false, lobes: Lobes::ALL }
+        Walker::new(scene, roulette, mode)
     }
 
     /// Those of the pass: the same for every pixel, whatever part of the picture is rendered.

@@ -82,11 +82,8 @@ impl<'a> Estimator<'a> {
             frame,
             direct: Direct { scene, lights, emission, mis, walked },
             walker: Walker {
-                scene,
-                roulette,
-                mode: Mode::Radiance,
-                until_smooth: false,
                 lobes: Lobes::SPECULAR,
+                ..Walker::new(scene, roulette, Mode::Radiance)
             },
             index,
             of_pass: OfPass::new(scene, frame, index),

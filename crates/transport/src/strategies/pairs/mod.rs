@@ -21,12 +21,12 @@ use crate::features::describe_vertex;
 use crate::frame::Frame;
 use crate::method::PassStats;
 use crate::path_space::{
-    self, CameraEnd, Closing, LightEnd, Splat, Subpath, Tracks, Vertex, Walker,
+    self, CameraEnd, Closing, Guides, LightEnd, Splat, Subpath, Tracks, Vertex, Walker,
 };
 use kaustika_film::accumulate::PixelRecord;
 use kaustika_math::{Vec2, Vec3};
 use kaustika_sampling::Sampler;
-use kaustika_scene::bsdf::{Lobes, Mode};
+use kaustika_scene::bsdf::Mode;
 use kaustika_scene::{CameraRay, LightId, LightSelection, Scene, Segment};
 use kaustika_spectra::{Spectrum, Wavelengths};
 
@@ -41,6 +41,8 @@ pub struct Pairs<'a> {
     lights: &'a LightSelection,
     emission: &'a LightSelection,
     settings: Settings,
+    /// Of the eye's subpaths.
+    guides: Option<&'a Guides>,
     /// One over the light paths of a pass.
     splat_scale: f32,
     /// Light paths for each camera path of the whole picture.
@@ -97,6 +99,7 @@ impl<'a> Pairs<'a> {
             lights,
             emission,
             settings,
+            guides: None,
             splat_scale: (1.0 / light_paths) as f32,
             light_paths: light_paths / pixels(frame.resolution),
             light: Subpath::default(),
@@ -107,6 +110,11 @@ impl<'a> Pairs<'a> {
             pyramid: None,
             pieces: None,
         }
+    }
+
+    /// The same, the eye's subpaths guided.
+    pub fn guided(self, guides: Option<&'a Guides>) -> Pairs<'a> {
+        Pairs { guides, ..self }
     }
 
     /// The same, telling the [`pieces`](Pairs::pieces) of pairs.
@@ -205,22 +213,16 @@ impl<'a> Pairs<'a> {
         // The eye's subpath.
         let camera_end = CameraEnd::new(scene, &camera.ray);
         let start = camera_end.start(scene, &camera, lambda);
-        let walker = Walker {
-            scene,
-            roulette: self.settings.roulette,
-            mode: Mode::Radiance,
-            until_smooth: false,
-            lobes: Lobes::ALL,
-        };
-        let escape = walker.walk(&start, most[0], eye_sampler, eye, stats);
+        let walker = |mode| Walker::new(scene, self.settings.roulette, mode);
+        let of_eye = Walker { guides: self.guides, ..walker(Mode::Radiance) };
+        let escape = of_eye.walk(&start, most[0], eye_sampler, eye, stats);
 
         // The light's.
         let time = camera.ray.time;
         let emitted = LightEnd::emit(scene, self.emission, &lambda, time, light_sampler);
         light.clear();
         if let Some((_, start)) = &emitted {
-            let walker = Walker { mode: Mode::Importance, ..walker };
-            walker.walk(start, most[1], light_sampler, light, stats);
+            walker(Mode::Importance).walk(start, most[1], light_sampler, light, stats);
         }
 
         if let Some(tracks) = &mut self.tracks {
