@@ -15,6 +15,8 @@ use crate::workers::Workers;
 use kaustika_film::accumulate::PassImage;
 use std::io::{self, Read, Write};
 
+/// Generations follow one another so many times as fast where candidates are too few.
+const HASTE: u32 = 4;
 /// R̂ above which groups do not agree.
 const AGREE: f64 = 1.1;
 /// Coverage below which chains keep to parts of the picture or of path space.
@@ -155,9 +157,10 @@ impl<W: Saved + Clone + Send + Sync + Visitor> Chains<W> {
     }
 
     /// The number of the generation that is due, and of its candidates, which are as many as this one's: if that has made
-    /// `renew` steps for each of them; never if `renew` is 0.
+    /// `renew` steps for each of them, a quarter of that as long as all candidates so far are too few; never if `renew` is 0.
     pub fn due(&self, schedule: Schedule, renew: u32) -> Option<(u64, u64)> {
         let made = self.age * schedule.chains as u64;
+        let renew = if self.candidates.are_too_few() { renew.div_ceil(HASTE) } else { renew };
         let asked = u64::from(renew) * self.now.candidates.count();
         (renew > 0 && made >= asked)
             .then(|| (self.visited.generations() + 1, self.now.candidates.count()))

@@ -1,18 +1,18 @@
 //! Where chains have been: a chain that mixes visits every part where a good share of the light is.
 //!
 //! ```text
-//! coverage = Σ p v / Σ p      over parts with p N ≥ 30                                  (1)
+//! coverage = Σ p v / Σ p      over parts with p N ≥ 100                                 (1)
 //! ```
 //!
 //! p is a part's share of the light, N the steps of a chain, v the share of the chains that were there. Chains
-//! whose steps are worth a tenth of independent samples miss such a part with a probability of at most e⁻³. Parts are tiles of the
+//! whose steps are worth a thirtieth of independent samples miss such a part with a probability of at most e⁻³. Parts are tiles of the
 //! picture, or lengths of paths. Of several generations the mean is taken: chains that start afresh come to other parts
 //! without moving there.
 
 use crate::saved::saved;
 
 /// Fewest visits expected.
-const EXPECTED: f64 = 30.0;
+const EXPECTED: f64 = 100.0;
 
 /// Where a chain has been.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -129,10 +129,10 @@ mod tests {
     #[test]
     fn coverage_is_of_the_light() {
         let parts = [(6.0, 1.0), (3.0, 0.5), (1.0, 0.0)];
-        // The last part has a tenth of the light: 2 visits of 20 steps are not enough to ask for.
-        assert_eq!(coverage(parts.into_iter(), 20), Some((6.0 + 1.5) / 9.0));
-        assert_eq!(coverage(parts.into_iter(), 30), Some((6.0 + 1.5) / 10.0));
-        assert_eq!(coverage(parts.into_iter(), 1), None);
+        // The last part has a tenth of the light: 90 visits of 900 steps are not enough to ask for.
+        assert_eq!(coverage(parts.into_iter(), 900), Some((6.0 + 1.5) / 9.0));
+        assert_eq!(coverage(parts.into_iter(), 1000), Some((6.0 + 1.5) / 10.0));
+        assert_eq!(coverage(parts.into_iter(), 100), None);
         let mut v = Visits::default();
         v.see(70);
         assert!(v.seen(70) && !v.seen(6) && !v.seen(700));

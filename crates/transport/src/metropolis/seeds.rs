@@ -29,8 +29,11 @@ const TRIAL: u64 = 4;
 const MOST: u64 = 16;
 /// 1/τ of (4) below which σ is not known.
 const FEW: f64 = 32.0;
+/// 1/τ of (4) below which the light of few candidates makes more of the picture's error than chains do.
+const ENOUGH: f64 = 128.0;
 
-/// Relative error of b above which candidates that [rest on few](Moments::rests_on_few) are warned of.
+/// Relative error of b, as large as it may be, above which candidates that [rest on few](Moments::rests_on_few)
+/// are warned of.
 const KNOWN: f64 = 0.03;
 
 /// What a candidate is worth: W, and the bounces of its path.
@@ -93,10 +96,16 @@ impl Moments {
         self.tell() < FEW
     }
 
-    /// What there is to warn of.
+    /// True if more candidates are worth more than more steps.
+    pub fn are_too_few(&self) -> bool {
+        self.tell() < ENOUGH
+    }
+
+    /// What there is to warn of: the fewer tell the error, the more may be missing from it.
     pub fn warning(&self) -> Option<String> {
         let error = self.error() / self.mean();
-        (self.rests_on_few() && error > KNOWN).then(|| {
+        let perhaps = error * (FEW / self.tell().max(1.0)).sqrt();
+        (self.rests_on_few() && perhaps > KNOWN).then(|| {
             format!(
                 "warning: few of {} candidates have most of the light: the picture's brightness, known to {:.1} % or worse, and the errors of its pixels are not sure; more candidates are needed (bootstrap; of erpt passes)",
                 self.count,

@@ -34,6 +34,8 @@ const BATCHES: u32 = 4;
 const CHUNK: u64 = 1024;
 /// Records above which a cell is divided.
 const MOST_RECORDS: f64 = 250.0;
+/// Density per steradian above which a lobe makes caustics: a matte surface meets what is behind it once in π times as many tries.
+const NARROW: f64 = 10.0;
 /// A caustic's records over all paths below which it is not worth looking for.
 const FEWEST: f64 = 1e-3;
 
@@ -105,7 +107,7 @@ impl Guides {
 }
 
 impl Light<'_> {
-    /// What arrives by Dirac lobes at matte surfaces, of paths of these numbers.
+    /// What arrives by narrow lobes at matte surfaces, of paths of these numbers.
     fn caustics(&self, numbers: std::ops::Range<u64>) -> Vec<LightRecord> {
         let (mut path, mut records) = (Subpath::default(), Vec::new());
         for number in numbers {
@@ -116,7 +118,7 @@ impl Light<'_> {
             let Some((end, start)) = emitted else { continue };
             let mut stats = PassStats::default();
             self.walker.walk(&start, self.bounces, &mut sampler, &mut path, &mut stats);
-            // How far it came by Dirac lobes alone.
+            // How far it came by narrow lobes alone.
             let (mut from, mut far) = (end.p, if end.infinite { f32::INFINITY } else { 0.0 });
             let mut bent = false;
             for v in path.iter() {
@@ -124,7 +126,7 @@ impl Light<'_> {
                 if bent && is_matte(&v.bsdf) {
                     records.push(record(v, far));
                 }
-                bent = v.delta;
+                bent = v.delta || (v.pdf > NARROW && !is_matte(&v.bsdf));
                 (from, far) = (v.surface.p, if bent { far } else { 0.0 });
             }
         }

@@ -85,7 +85,7 @@ fn remarks(scene: &Scene, method: &str, bootstrap: u64, passes: u64) -> Vec<Stri
     let config = SamplerConfig { kind, seed: 7300, spp: passes, resolution: size };
     let frame = Frame::new(size, FilterDesc::BOX, config);
     let p = match method {
-        "erpt" => json!({"max_depth": 4, "bootstrap": bootstrap}),
+        "erpt" => json!({"max_depth": 4, "bootstrap": bootstrap, "guiding": false}),
         _ => {
             json!({"max_depth": 4, "bootstrap": bootstrap, "brightness_error": 1.0, "renew": 0})
         }
@@ -142,4 +142,44 @@ fn generations_are_told() {
         brightness.push(value(report, "brightness"));
     }
     assert!(method.remarks()[0].contains("in 4 generations"), "{:?}", method.remarks());
+}
+
+#[test]
+fn generations_hurry_as_long_as_candidates_are_too_few() {
+    // 1024 steps a pass, of 1024 candidates: generations last four passes, and one as long as fewer than 128 tell the error.
+    let scene = scene();
+    let entry = registry::find("pssmlt").expect("known");
+    let mut p = few(4);
+    p["bootstrap"] = 1024.into();
+    let Value::Object(p) = p else { panic!("an object") };
+    let mut method = (entry.make)(&p).expect("sound");
+    let (size, passes) = ([32, 32], 60);
+    let workers = Workers::new(2, Arc::default()).expect("threads");
+    let kind = SamplerKind::Independent;
+    let config = SamplerConfig { kind, seed: 7500, spp: passes, resolution: size };
+    let frame = Frame::new(size, FilterDesc::BOX, config);
+    method.prepare(&scene, &frame, &workers).expect("prepared");
+    let told = |report: Vec<(String, f64)>| {
+        let value = |key: &str| report.iter().find(|(k, _)| k == key).expect("reported").1;
+        (value("generations"), value("candidates_that_tell_the_error"))
+    };
+    let (mut hasty, mut calm, mut made) = (0, 0, 0.0);
+    for index in 0..passes {
+        let (before, tell) = told(method.report());
+        let mut image = PassImage::new(size[0], size[1], frame.layers.clone());
+        method.pass(index, &scene, &frame, &mut image, &workers).expect("a pass");
+        let (after, _) = told(method.report());
+        match tell < 128.0 {
+            true => {
+                assert!(index == 0 || after == before + 1.0, "{tell}");
+                hasty += 1;
+            }
+            false => {
+                calm += 1;
+                made += after - before;
+            }
+        }
+    }
+    assert!(hasty > 1 && calm > 8, "{hasty} {calm}");
+    assert!(made <= f64::from(calm) / 4.0 + 1.0, "{made} of {calm}");
 }

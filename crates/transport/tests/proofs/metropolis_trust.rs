@@ -100,7 +100,8 @@ fn reported_errors_are_those_of_independent_renders() {
 fn chains_that_keep_to_parts_are_told() {
     let scene = lamp_room();
     let warned = |method: &str, p: Value| {
-        let mut all = json!({"max_depth": 5, "steps": 1, "chains": 32, "bootstrap": 4096});
+        let mut all =
+            json!({"max_depth": 5, "steps": 1, "chains": 32, "bootstrap": 4096, "renew": 0});
         let Value::Object(more) = p else { panic!("an object") };
         all.as_object_mut().expect("an object").extend(more);
         let (method, _) = render(&scene, method, &all, 40, 730);
