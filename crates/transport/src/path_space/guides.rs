@@ -28,7 +28,7 @@ use kaustika_scene::{LightSelection, Scene, Surface};
 use kaustika_spectra::Wavelengths;
 use rayon::prelude::*;
 
-/// Batches of paths from lights; every other has twice as many as the one before.
+/// Batches of paths from lights; each has twice as many as the one before.
 const BATCHES: u32 = 4;
 /// Paths of a chunk.
 const CHUNK: u64 = 1024;
