@@ -22,6 +22,10 @@ use std::io::{self, Read, Write};
 
 /// Groups of chains, where there are as many chains: enough to know an error to a fifth.
 const GROUPS: u64 = 16;
+/// Groups of [`MANY`] chains: they know it to an eighth.
+const GROUPS_OF_MANY: u64 = 32;
+/// Chains that make groups of some size, however many groups there are.
+const MANY: u64 = 1024;
 
 /// Chains whose deposits are kept at the same time: bounds the memory they take.
 const WINDOW: usize = 32;
@@ -123,7 +127,7 @@ impl Schedule {
         let [w, h] = frame.size().map(u64::from);
         let pixels = (w * h).max(1);
         let chains = u64::from(most).min(pixels).max(1);
-        let groups = chains.min(GROUPS);
+        let groups = if chains < MANY { chains.min(GROUPS) } else { GROUPS_OF_MANY };
         let chains = chains / groups * groups;
         let steps = (pixels * u64::from(a_pixel)).div_ceil(chains);
         Schedule { groups: groups as usize, chains: chains as usize, steps }

@@ -5,7 +5,8 @@
 //! σ² = Σ_g (X_g - X̄)² / (G (G - 1)) + M₂ / (n (n - 1))                                  (1)
 //! ```
 //!
-//! X_g is group g's own estimate of a pixel or of a tile, of G; M₂ the sum of squared deviations over n passes of
+//! X_g is group g's own estimate of a pixel or of a tile, of G, or that of some groups together: pixels are told of by fewer, for
+//! the memory that each takes; M₂ the sum of squared deviations over n passes of
 //! what is rendered separately, whose samples are independent.
 
 use super::convergence::Series;
@@ -19,14 +20,21 @@ use kaustika_film::accumulate::PassImage;
 /// Fewest groups that tell an error.
 const FEWEST: usize = 8;
 
+/// Most groups, or groups together, that have a picture of their own: they know a pixel's error to a fifth.
+const MOST_FILMS: usize = 16;
+
 /// What groups have left on the film.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Groups {
     size: [u32; 2],
     groups: u64,
     passes: u64,
-    /// Σ over passes, group by group, of r, g, b of each pixel.
+    /// Pictures, each of as many groups as the others.
+    films: u64,
+    /// Σ over passes, picture by picture, of r, g, b of each pixel.
     sums: Vec<f32>,
+    /// Σ over passes, group by group, of r, g, b of each tile.
+    tiles: Vec<[f64; 3]>,
     /// Mean and M₂ of each number of what is rendered separately.
     separate: Vec<[f32; 2]>,
     /// Light in the tiles in this pass, group by group.
@@ -34,7 +42,7 @@ pub struct Groups {
     /// The same over all passes.
     series: Series,
 }
-saved!(Groups { size, groups, passes, sums, separate, now, series });
+saved!(Groups { size, groups, passes, films, sums, tiles, separate, now, series });
 
 /// The errors of pixels and tiles, and how well groups agree.
 #[derive(Clone, Debug)]
@@ -55,18 +63,21 @@ impl Groups {
         let size = frame.size();
         let pixels = size[0] as usize * size[1] as usize;
         let tiles = Tiles::new(size).count();
+        let films = (1..=MOST_FILMS).rev().find(|films| groups.is_multiple_of(*films)).unwrap_or(1);
         Groups {
             size,
             groups: groups as u64,
             passes: 0,
-            sums: vec![0.0; groups * pixels * 3],
+            films: films as u64,
+            sums: vec![0.0; films * pixels * 3],
+            tiles: vec![[0.0; 3]; groups * tiles],
             separate: vec![[0.0; 2]; pixels * 3],
             now: vec![0.0; groups * tiles],
             series: Series::new(groups * tiles),
         }
     }
 
-    fn tiles(&self) -> Tiles {
+    fn cut(&self) -> Tiles {
         Tiles::new(self.size)
     }
 
@@ -95,13 +106,16 @@ impl Groups {
         if s.layer.is_some() {
             return;
         }
-        let (pixels, tiles) = (self.pixels(), self.tiles());
+        let (pixels, cut) = (self.pixels(), self.cut());
+        let film = group * self.films as usize / self.groups as usize;
         each_covered(frame, s.film, |x, y, k| {
             let pixel = y as usize * self.size[0] as usize + x as usize;
-            let at = 3 * (group * pixels + pixel);
+            let at = 3 * (film * pixels + pixel);
             let rgb = s.rgb.map(|v| k * v);
             self.sums[at..at + 3].iter_mut().zip(rgb).for_each(|(sum, v)| *sum += v);
-            self.now[group * tiles.count() + tiles.of(x, y)] += modulus(rgb);
+            let tile = group * cut.count() + cut.of(x, y);
+            self.tiles[tile].iter_mut().zip(rgb).for_each(|(sum, v)| *sum += f64::from(v));
+            self.now[tile] += modulus(rgb);
         });
     }
 
@@ -116,11 +130,12 @@ impl Groups {
         if groups < FEWEST || self.passes == 0 {
             return None;
         }
-        let (g, n) = (groups as f64, self.passes as f64);
+        let n = self.passes as f64;
         let pixels = self.pixels();
-        // What a group leaves is its part of the mean over all.
-        let spread = |of: &dyn Fn(usize) -> f64| {
-            let all: Vec<f64> = (0..groups).map(|k| g / n * of(k)).collect();
+        // What one of `parts` leaves is its part of the mean over all.
+        let spread = |parts: usize, of: &dyn Fn(usize) -> f64| {
+            let g = parts as f64;
+            let all: Vec<f64> = (0..parts).map(|k| g / n * of(k)).collect();
             let mean = all.iter().sum::<f64>() / g;
             all.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (g * (g - 1.0))
         };
@@ -128,38 +143,34 @@ impl Groups {
         let of_pixel = |i: usize| {
             std::array::from_fn(|c| {
                 let at = 3 * i + c;
-                let chains = spread(&|k| f64::from(self.sums[3 * k * pixels + at]));
-                (chains + separate(at)).sqrt() as f32
+                let film = |k| f64::from(self.sums[3 * k * pixels + at]);
+                (spread(self.films as usize, &film) + separate(at)).sqrt() as f32
             })
         };
-        let tiles = self.tiles();
-        let mut sums = vec![[0.0; 3]; groups * tiles.count()];
-        let mut variances = vec![[0.0; 3]; tiles.count()];
-        for (i, t) in tiles.of_all().enumerate() {
+        let cut = self.cut();
+        let mut variances = vec![[0.0; 3]; cut.count()];
+        for (i, t) in cut.of_all().enumerate() {
             for c in 0..3 {
                 variances[t][c] += separate(3 * i + c);
-                for k in 0..groups {
-                    let x = f64::from(self.sums[3 * (k * pixels + i) + c]);
-                    sums[k * tiles.count() + t][c] += x;
-                }
             }
         }
-        let counts = tiles.pixels();
+        let of_group = |k: usize, t: usize| self.tiles[k * cut.count() + t];
+        let counts = cut.pixels();
         let of_tile = |t: usize| {
             std::array::from_fn(|c| {
-                let chains = spread(&|k| sums[k * tiles.count() + t][c]);
+                let chains = spread(groups, &|k| of_group(k, t)[c]);
                 (chains + variances[t][c]).sqrt() / counts[t]
             })
         };
         let luminance = |rgb: [f64; 3]| 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
-        let light = |t: usize| (0..groups).map(|k| luminance(sums[k * tiles.count() + t])).sum();
+        let light = |t: usize| (0..groups).map(|k| luminance(of_group(k, t))).sum();
         let r_hat =
-            |t: usize| self.series.r_hat((0..groups).map(|k| k * tiles.count() + t)).unwrap_or(1.0);
+            |t: usize| self.series.r_hat((0..groups).map(|k| k * cut.count() + t)).unwrap_or(1.0);
         Some(Errors {
             pixels: (0..pixels).map(of_pixel).collect(),
-            tiles: (0..tiles.count()).map(of_tile).collect(),
-            r_hat: (0..tiles.count()).map(r_hat).collect(),
-            light: (0..tiles.count()).map(light).collect(),
+            tiles: (0..cut.count()).map(of_tile).collect(),
+            r_hat: (0..cut.count()).map(r_hat).collect(),
+            light: (0..cut.count()).map(light).collect(),
         })
     }
 }

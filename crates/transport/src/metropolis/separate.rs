@@ -27,7 +27,8 @@ pub fn pass(
     workers: &Workers,
 ) -> Result<PassStats, RenderError> {
     let rows = CHUNK.div_ceil(out.width().max(1)).max(1);
-    let room = || settings.clone().map(|s| Pairs::new(scene, frame, s, lights, emission));
+    let room =
+        || settings.clone().map(|s| Pairs::new(scene, frame, s, lights, emission).on_both_sides());
     let bands = splat_bands(workers, frame, out, rows, room, |room, band, splats| {
         let mut stats = PassStats::default();
         let features = band.wants_features();

@@ -66,6 +66,11 @@ impl<'f> Tracks<'f> {
     /// Begins a sample: the classes along the eye's side.
     pub fn follow_eye(&mut self, eye: &Subpath) {
         self.found.fill([0.0; 3]);
+        self.turn_eye(eye);
+    }
+
+    /// The sample's eye went another way: the classes along this one.
+    pub fn turn_eye(&mut self, eye: &Subpath) {
         let classes = self.classes;
         let first = vec![(classes.camera(), Spectrum::ONE)];
         let step = |front, event| Some(classes.onward(front, event)).filter(|f| !f.is_dead());

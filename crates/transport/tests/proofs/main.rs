@@ -30,6 +30,7 @@ mod metropolis;
 mod metropolis_1d;
 mod metropolis_generations;
 mod metropolis_guides;
+mod metropolis_separate;
 mod metropolis_trust;
 mod mis;
 mod motion;

@@ -12,8 +12,10 @@
 
 mod join;
 mod lens;
+mod pixel;
 
 use self::join::Join;
+use self::pixel::Lit;
 use super::Settings;
 use super::pyramid::Pyramid;
 use super::weight::Link;
@@ -24,10 +26,10 @@ use crate::path_space::{
     self, CameraEnd, Closing, Guides, LightEnd, Splat, Subpath, Tracks, Vertex, Walker,
 };
 use kaustika_film::accumulate::PixelRecord;
-use kaustika_math::{Vec2, Vec3};
+use kaustika_math::Vec2;
 use kaustika_sampling::Sampler;
-use kaustika_scene::bsdf::Mode;
-use kaustika_scene::{CameraRay, LightId, LightSelection, Scene, Segment};
+use kaustika_scene::bsdf::{Lobes, Mode};
+use kaustika_scene::{CameraRay, LightSelection, Scene, Segment};
 use kaustika_spectra::{Spectrum, Wavelengths};
 
 /// Branch of the sampler for light paths.
@@ -43,6 +45,8 @@ pub struct Pairs<'a> {
     settings: Settings,
     /// Of the eye's subpaths.
     guides: Option<&'a Guides>,
+    /// See [`Pairs::on_both_sides`].
+    both_sides: bool,
     /// One over the light paths of a pass.
     splat_scale: f32,
     /// Light paths for each camera path of the whole picture.
@@ -100,6 +104,7 @@ impl<'a> Pairs<'a> {
             emission,
             settings,
             guides: None,
+            both_sides: false,
             splat_scale: (1.0 / light_paths) as f32,
             light_paths: light_paths / pixels(frame.resolution),
             light: Subpath::default(),
@@ -115,6 +120,17 @@ impl<'a> Pairs<'a> {
     /// The same, the eye's subpaths guided.
     pub fn guided(self, guides: Option<&'a Guides>) -> Pairs<'a> {
         Pairs { guides, ..self }
+    }
+
+    /// The same; a mirror or clear glass that the eye meets first shows what lies in both directions instead of one of them by chance:
+    /// a small lamp's image in glass is then found as often as if it were a mirror's. Not in media, where chance says what is met first.
+    pub fn on_both_sides(self) -> Pairs<'a> {
+        Pairs { both_sides: !self.scene.has_media(), ..self }
+    }
+
+    /// True if the eye's subpath first met a surface of Dirac lobes alone, and both its sides are asked for.
+    fn has_two_sides(&self, eye: &[Vertex]) -> bool {
+        self.both_sides && eye.first().is_some_and(|z| Lobes::DELTA.contains(z.bsdf.lobes()))
     }
 
     /// The same, telling the [`pieces`](Pairs::pieces) of pairs.
@@ -208,7 +224,7 @@ impl<'a> Pairs<'a> {
         splats: &mut Vec<Splat>,
         stats: &mut PassStats,
     ) -> PixelRecord {
-        let (scene, frame) = (self.scene, self.frame);
+        let scene = self.scene;
         let Origin { camera, lambda, most } = *origin;
         // The eye's subpath.
         let camera_end = CameraEnd::new(scene, &camera.ray);
@@ -240,62 +256,32 @@ impl<'a> Pairs<'a> {
         }
 
         // (1), the strategies that end in this pixel.
-        let mut rgb = [0.0; 3];
-        let mut add = |l: Spectrum, lambda: &Wavelengths, stats: &mut PassStats| {
-            let c = frame.sensor.rgb(l, lambda);
-            match c.iter().all(|v| v.is_finite()) {
-                true => rgb.iter_mut().zip(c).for_each(|(sum, v)| *sum += v),
-                false => stats.bad_samples += 1,
+        let mut record = PixelRecord::default();
+        if let (Some(z), true) = (eye.first(), features) {
+            describe_vertex(scene, z, &mut record);
+        }
+        let lit = Lit { light: &*light, end: emitted.as_ref().map(|(end, _)| end) };
+        let rgb = match self.has_two_sides(eye) {
+            false => self.in_pixel(&lit, (eye, escape.as_ref()), &camera_end, stats),
+            true => {
+                let mut sum = [0.0; 3];
+                let fewest = self.settings.depths[0];
+                for side in [Lobes::REFLECTION, Lobes::TRANSMISSION] {
+                    let of_side = Walker { lobes: side, ..of_eye };
+                    let numbers = &mut eye_sampler.fork(u64::from(side.0));
+                    let escape = of_side.walk(&start, most[0], numbers, eye, stats);
+                    if let Some(tracks) = &mut self.tracks {
+                        tracks.turn_eye(eye);
+                    }
+                    let rgb = self.in_pixel(&lit, (eye, escape.as_ref()), &camera_end, stats);
+                    sum.iter_mut().zip(rgb).for_each(|(sum, v)| *sum += v);
+                    // What the surface itself emits is of one side alone.
+                    self.settings.depths[0] = fewest.max(1);
+                }
+                self.settings.depths[0] = fewest;
+                sum
             }
         };
-        let (eye, light) = (&*eye, &*light);
-        let mut record = PixelRecord::default();
-        for glow in &eye.glows {
-            if !self.wanted(0, glow.depth + 2) {
-                continue;
-            }
-            add(glow.value, &glow.lambda, stats);
-            let strategy = (0, glow.depth + 2);
-            self.sort(strategy, &Closing::Glow(glow.depth), (glow.value, 1.0), &glow.lambda);
-        }
-        for (i, z) in eye.iter().enumerate() {
-            if let (0, true) = (i, features) {
-                describe_vertex(scene, z, &mut record);
-            }
-            if let Some(id) = z.surface.light {
-                let le = scene.light(id).le(scene, &z.surface, z.wo, &z.lambda);
-                let found = (id, z.surface.p, z.surface.ng, z.wo);
-                if let Some(w) = self.found((&eye[..i], z.passing), &camera_end, found, le) {
-                    let l = z.beta * le;
-                    add(l * w, &z.lambda, stats);
-                    self.sort((0, i + 2), &Closing::Found(i, id), (l, w), &z.lambda);
-                }
-            }
-            if !z.connects() {
-                continue;
-            }
-            if let Some(l) = self.next_event(&eye[..=i], &camera_end, stats) {
-                add(l, &z.lambda, stats);
-            }
-            for j in 0..light.len() {
-                let Some((end, _)) = &emitted else { break };
-                let paths = (&light[..=j], &eye[..=i]);
-                if let Some((l, lambda)) = self.join(paths, end, &camera_end, stats) {
-                    add(l, &lambda, stats);
-                }
-            }
-        }
-        if let Some(escape) = escape {
-            for &id in &scene.environments {
-                let le = scene.light(id).escaped(escape.o, escape.d, &escape.lambda).le;
-                let found = (id, Vec3::ZERO, Vec3::ZERO, -escape.d);
-                if let Some(w) = self.found((eye, escape.passing), &camera_end, found, le) {
-                    let (l, i) = (escape.beta * le, eye.len());
-                    add(l * w, &escape.lambda, stats);
-                    self.sort((0, i + 2), &Closing::Found(i, id), (l, w), &escape.lambda);
-                }
-            }
-        }
 
         // Those that end in others.
         if let Some((end, _)) = &emitted {
@@ -303,7 +289,7 @@ impl<'a> Pairs<'a> {
                 self.connect_lens(&light[..=j], end, splats, stats);
             }
         }
-        let rgb = frame.clamp(rgb);
+        let rgb = self.frame.clamp(rgb);
         PixelRecord { rgb, ..record }
     }
 
@@ -312,74 +298,6 @@ impl<'a> Pairs<'a> {
         let depth = (s + t - 2) as u32;
         let [fewest, most] = self.settings.depths;
         (fewest..=most).contains(&depth) && self.settings.strategy.is_none_or(|only| only == (s, t))
-    }
-
-    /// w of (2): the eye's subpath, which met `eye`, found a light.
-    fn found(
-        &mut self,
-        (eye, passing): (&[Vertex], f64),
-        camera: &CameraEnd,
-        (id, p, n, w): (LightId, Vec3, Vec3, Vec3),
-        le: Spectrum,
-    ) -> Option<f32> {
-        let t = eye.len() + 2;
-        if le.is_black() || !self.wanted(0, t) || (t == 2 && self.settings.hide_emitters) {
-            return None;
-        }
-        let Some(last) = eye.last() else { return Some(1.0) };
-        let end = LightEnd::new(self.scene, self.emission, id, p, n, w);
-        let at_eye = (last.pdf, last.pdf_rev);
-        let join = Join { at_eye, eye_delta: last.delta, passing, ..Join::default() };
-        Some(self.weight(0, (&[], eye), &end, camera, &join))
-    }
-
-    /// (3), weighted.
-    fn next_event(
-        &mut self,
-        eye: &[Vertex<'a>],
-        camera: &CameraEnd,
-        stats: &mut PassStats,
-    ) -> Option<Spectrum> {
-        if !self.wanted(1, eye.len() + 1) {
-            return None;
-        }
-        let z = eye.last()?;
-        let c = z.next_event(self.scene, self.lights, self.emission)?;
-        let far = c.end.infinite;
-        let (passage, w) = self.close(z, &c.segment, far, &z.lambda, stats, |this, passing| {
-            let join = Join { at_eye: c.pdf, passing, ..Join::default() };
-            this.weight(1, (&[], eye), &c.end, camera, &join)
-        })?;
-        let l = c.value * passage;
-        let closing = Closing::NextEvent(eye.len() - 1, z, -c.end.w, c.end.light);
-        self.sort((1, eye.len() + 1), &closing, (l, w), &z.lambda);
-        Some(l * w)
-    }
-
-    /// (4), weighted.
-    fn join(
-        &mut self,
-        (light, eye): (&[Vertex<'a>], &[Vertex<'a>]),
-        end: &LightEnd,
-        camera: &CameraEnd,
-        stats: &mut PassStats,
-    ) -> Option<(Spectrum, Wavelengths)> {
-        let s = light.len() + 1;
-        let (y, z) = (light.last()?, eye.last()?);
-        if !self.wanted(s, eye.len() + 1) || !y.connects() {
-            return None;
-        }
-        let c = path_space::join(y, z)?;
-        let lambda = c.end.lambda;
-        let (passage, w) = self.close(z, &c.segment, false, &lambda, stats, |this, passing| {
-            let (at_light, at_eye) = (c.pdf, c.end.pdf_eye);
-            let join = Join { at_light, at_eye, passing, ..Join::default() };
-            this.weight(s, (light, eye), end, camera, &join)
-        })?;
-        let l = c.value * passage;
-        let closing = Closing::Join((light.len() - 1, y), (eye.len() - 1, z));
-        self.sort((s, eye.len() + 1), &closing, (l, w), &lambda);
-        Some((l * w, lambda))
     }
 
     /// Adds a contribution and its weight to the layers.
