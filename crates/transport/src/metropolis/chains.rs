@@ -1,7 +1,7 @@
 //! The chains of a picture, and what is known of them.
 
 use super::Draws;
-use super::coverage::{Visited, Visitor, coverage};
+use super::coverage::{Visited, Visitor};
 use super::film::{self, Schedule};
 use super::groups::{Errors, Groups};
 use super::seeds::{Moments, Seeds, Startup};
@@ -20,7 +20,11 @@ const HASTE: u32 = 4;
 /// R̂ above which groups do not agree.
 const AGREE: f64 = 1.1;
 /// Coverage below which chains keep to parts of the picture or of path space.
-const COVERED: f64 = 0.5;
+const COVERED: f64 = 0.05;
+/// Share of steps by which chains come from anywhere to anywhere below which they do not.
+const FAR: f64 = 1e-5;
+/// Steps of which that is told.
+const TOLD: f64 = 5e4;
 
 /// Chains that started together, in groups that are renders of their own.
 #[derive(Clone, Debug)]
@@ -220,7 +224,7 @@ impl<W: Saved + Clone + Send + Sync + Visitor> Chains<W> {
         Visited::of(&self.now.walks, self.age, Tiles::new(self.size).count())
     }
 
-    /// What the generations that are over have visited; the first, if it still is the only one.
+    /// What the generations that are over have visited; the one that is going on, if it is the first.
     fn visited(&self) -> Visited {
         match self.visited.generations() {
             0 => self.visited_now(),
@@ -230,9 +234,7 @@ impl<W: Saved + Clone + Send + Sync + Visitor> Chains<W> {
 
     /// Coverage of the picture, and of lengths of paths.
     fn coverage(&self, errors: &Errors) -> [Option<f64>; 2] {
-        let visited = self.visited();
-        let tiles = errors.light.iter().copied().zip(visited.tiles());
-        [coverage(tiles, visited.steps), coverage(visited.lengths(), visited.steps)]
+        self.visited().coverage(&errors.light)
     }
 
     /// Share of the chains' light in tiles of which groups do not agree.
@@ -257,8 +259,8 @@ impl<W: Saved + Clone + Send + Sync + Visitor> Chains<W> {
         Some(Trust { error: errors.pixels, layers })
     }
 
-    /// See [`Method::remarks`](crate::Method::remarks).
-    pub fn remarks(&self) -> Vec<String> {
+    /// See [`Method::remarks`](crate::Method::remarks); by the strategy `far`, which is the first, chains come from anywhere to anywhere.
+    pub fn remarks(&self, far: &str) -> Vec<String> {
         let (Some(errors), true) = (self.groups.errors(), self.candidates.mean() > 0.0) else {
             return Vec::new();
         };
@@ -279,10 +281,18 @@ impl<W: Saved + Clone + Send + Sync + Visitor> Chains<W> {
         for (what, covered) in [("tile of the picture", tiles), ("length of paths", lengths)] {
             if let Some(covered) = covered.filter(|c| *c < COVERED) {
                 remarks.push(format!(
-                    "warning: chains keep to parts: a {what} with light was visited by {:.0} % of them; more mutations of other kinds, larger steps, more chains or more time are needed",
-                    percent(covered),
+"warning: chains keep to parts: {:.0} % as many came to another {what} as should; more mutations of other kinds, larger steps or more time are needed",
+                    percent(covered.max(0.0)),
                 ));
             }
+        }
+        let (steps, jumps) =
+            (self.steps as f64 * self.now.walks.len() as f64, self.tally.accepted(0));
+        if steps >= TOLD && jumps < FAR {
+            remarks.push(format!(
+                "warning: chains keep to parts: {:.0} of {steps:.1e} steps were {far}, which come from anywhere to anywhere; more of these are needed",
+                jumps * steps,
+            ));
         }
         remarks.extend(self.candidates.warning());
         remarks

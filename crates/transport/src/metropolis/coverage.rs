@@ -1,18 +1,20 @@
-//! Where chains have been: a chain that mixes visits every part where a good share of the light is.
+//! Where chains have been: a chain that mixes comes to other parts than the one it starts in.
 //!
 //! ```text
-//! coverage = Σ p v / Σ p      over parts with p N ≥ 100                                 (1)
+//! coverage = Σ p (v - p) / Σ p (e - p),   e = 1 - (1 - p)^(N/30)                        (1)
 //! ```
 //!
-//! p is a part's share of the light, N the steps of a chain, v the share of the chains that were there. Chains
-//! whose steps are worth a thirtieth of independent samples miss such a part with a probability of at most e⁻³. Parts are tiles of the
-//! picture, or lengths of paths. Of several generations the mean is taken: chains that start afresh come to other parts
-//! without moving there.
+//! p is a part's share of the light, and of the starts, v the share of the chains that were there, N the steps of a chain. e is the share of
+//! those that would be there if thirty steps were worth one independent sample; chains that keep to where they start have a coverage
+//! of 0. Parts are tiles of the picture, or lengths of paths. Of several generations the mean is taken, for those that make less than 60 steps
+//! can come nowhere.
 
 use crate::saved::saved;
 
-/// Fewest visits expected.
-const EXPECTED: f64 = 100.0;
+/// Steps that are worth an independent sample.
+const WORTH: f64 = 30.0;
+/// Fewest steps of chains that are expected to come somewhere.
+const FEWEST: u64 = 60;
 
 /// Where a chain has been.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -56,11 +58,11 @@ pub trait Visitor {
 /// What generations of chains have visited.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Visited {
-    /// How many.
+    /// How many are over.
     generations: u64,
-    /// Steps of a chain in each.
-    pub steps: u64,
-    /// Σ over generations, tile by tile, of the share of chains that were there.
+    /// Steps of a chain in each of those that are told of here.
+    steps: Vec<u64>,
+    /// Σ over these generations, tile by tile, of the share of chains that were there.
     tiles: Vec<f64>,
     /// Σ of the steps with paths of each length, and of the share of chains that made them.
     lengths: Vec<[f64; 2]>,
@@ -80,16 +82,26 @@ impl Visited {
         };
         Visited {
             generations: 1,
-            steps,
+            steps: vec![steps],
             tiles: (0..tiles).map(|t| share(seen(t))).collect(),
             lengths: (0..longest).map(of_length).collect(),
         }
     }
 
-    /// Those of a generation that is over.
+    /// Those of a generation that is over. What short ones have visited is not told beside what others have.
     pub fn add(&mut self, o: Visited) {
-        self.generations += o.generations;
-        self.steps = o.steps;
+        let generations = self.generations + o.generations;
+        let long = |v: &Visited| v.steps.iter().any(|n| *n >= FEWEST);
+        match (long(self), long(&o)) {
+            (false, true) => *self = o,
+            (true, false) => {}
+            (false, false) | (true, true) => self.join(o),
+        }
+        self.generations = generations;
+    }
+
+    fn join(&mut self, o: Visited) {
+        self.steps.extend(o.steps);
         self.tiles.resize(o.tiles.len(), 0.0);
         self.tiles.iter_mut().zip(&o.tiles).for_each(|(a, b)| *a += b);
         self.lengths.resize(self.lengths.len().max(o.lengths.len()), [0.0; 2]);
@@ -105,21 +117,37 @@ impl Visited {
 
     /// Share of the chains that were in each tile.
     pub fn tiles(&self) -> impl Iterator<Item = f64> + Clone {
-        self.tiles.iter().map(|v| v / self.generations as f64)
+        self.tiles.iter().map(|v| v / self.steps.len() as f64)
     }
 
     /// Steps with paths of each length, and the share of the chains that made them.
-    pub fn lengths(&self) -> impl Iterator<Item = (f64, f64)> + Clone {
-        self.lengths.iter().map(|[steps, v]| (*steps, v / self.generations as f64))
+    fn lengths(&self) -> impl Iterator<Item = (f64, f64)> + Clone {
+        self.lengths.iter().map(|[steps, v]| (*steps, v / self.steps.len() as f64))
+    }
+
+    /// (1) of tiles with this light, and of lengths of paths.
+    pub fn coverage(&self, light: &[f64]) -> [Option<f64>; 2] {
+        let tiles = light.iter().copied().zip(self.tiles());
+        [coverage(tiles, &self.steps), coverage(self.lengths(), &self.steps)]
     }
 }
 
-/// (1), from the light and the share of visitors of each part; `None` if no part has light enough.
-pub fn coverage(parts: impl Iterator<Item = (f64, f64)> + Clone, steps: u64) -> Option<f64> {
+/// (1), from the light and the share of visitors of each part, and the steps of generations; `None` if these are too short, or if all light is
+/// in one part.
+fn coverage(parts: impl Iterator<Item = (f64, f64)> + Clone, steps: &[u64]) -> Option<f64> {
     let light: f64 = parts.clone().map(|(p, _)| p).sum();
-    let bright = parts.filter(|(p, _)| p / light * steps as f64 >= EXPECTED);
-    let (sum, all) = bright.fold((0.0, 0.0), |(sum, all), (p, v)| (sum + p * v, all + p));
-    (all > 0.0).then_some(sum / all)
+    if light <= 0.0 || steps.iter().any(|n| *n < FEWEST) {
+        return None;
+    }
+    let expected = |p: f64| {
+        let of = |n: &u64| 1.0 - (1.0 - p).powf(*n as f64 / WORTH);
+        steps.iter().map(of).sum::<f64>() / steps.len() as f64
+    };
+    let (came, asked) = parts.fold((0.0, 0.0), |(came, asked), (l, v)| {
+        let p = l / light;
+        (came + p * (v - p), asked + p * (expected(p) - p))
+    });
+    (asked > 1e-3).then_some(came / asked)
 }
 
 #[cfg(test)]
@@ -127,12 +155,35 @@ mod tests {
     use super::*;
 
     #[test]
-    fn coverage_is_of_the_light() {
-        let parts = [(6.0, 1.0), (3.0, 0.5), (1.0, 0.0)];
-        // The last part has a tenth of the light: 90 visits of 900 steps are not enough to ask for.
-        assert_eq!(coverage(parts.into_iter(), 900), Some((6.0 + 1.5) / 9.0));
-        assert_eq!(coverage(parts.into_iter(), 1000), Some((6.0 + 1.5) / 10.0));
-        assert_eq!(coverage(parts.into_iter(), 100), None);
+    fn chains_that_keep_to_their_starts_cover_nothing() {
+        let still = [(6.0, 0.6), (3.0, 0.3), (1.0, 0.1)];
+        let told = coverage(still.into_iter(), &[300]).expect("a number");
+        assert!(told.abs() < 1e-12, "{told}");
+        // Of 300 steps, ten samples: each part is met with a probability of 1 - (1 - p)¹⁰.
+        let mixed = still.map(|(l, p)| (l, 1.0 - f64::powi(1.0 - p, 10)));
+        let told = coverage(mixed.into_iter(), &[300, 300]).expect("a number");
+        assert!((told - 1.0).abs() < 1e-12, "{told}");
+        assert_eq!(coverage(mixed.into_iter(), &[59]), None);
+        assert_eq!(coverage([(1.0, 1.0)].into_iter(), &[300]), None);
+    }
+
+    #[test]
+    fn short_generations_are_not_told_of_beside_others() {
+        let of = |steps, v| Visited {
+            generations: 1,
+            steps: vec![steps],
+            tiles: vec![v],
+            lengths: vec![],
+        };
+        let mut all = Visited::default();
+        [(16, 0.1), (16, 0.3)].into_iter().for_each(|(n, v)| all.add(of(n, v)));
+        assert_eq!((all.generations(), all.tiles().next()), (2, Some(0.2)));
+        [(64, 0.5), (16, 0.1), (64, 0.7)].into_iter().for_each(|(n, v)| all.add(of(n, v)));
+        assert_eq!((all.generations(), all.tiles().next()), (5, Some(0.6)));
+    }
+
+    #[test]
+    fn tiles_that_were_visited_are_known() {
         let mut v = Visits::default();
         v.see(70);
         assert!(v.seen(70) && !v.seen(6) && !v.seen(700));

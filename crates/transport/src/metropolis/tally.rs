@@ -51,6 +51,12 @@ impl Tally {
         count.accepted += acceptance.unwrap_or(0.0);
     }
 
+    /// Share of all proposals that were of this strategy, and accepted.
+    pub fn accepted(&self, strategy: usize) -> f64 {
+        let all: u64 = self.counts.iter().map(|c| c.proposed).sum();
+        self.counts.get(strategy).map_or(0.0, |c| c.accepted) / all.max(1) as f64
+    }
+
     /// A step that moved the chain, or did not.
     pub fn moved(&mut self, moved: bool) {
         let [still, most] = &mut self.still;

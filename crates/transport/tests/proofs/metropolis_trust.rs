@@ -99,18 +99,24 @@ fn reported_errors_are_those_of_independent_renders() {
 #[test]
 fn chains_that_keep_to_parts_are_told() {
     let scene = lamp_room();
-    let warned = |method: &str, p: Value| {
+    let warns = |method: &str, renew: u32, p: Value| {
         let mut all =
-            json!({"max_depth": 5, "steps": 1, "chains": 32, "bootstrap": 4096, "renew": 0});
+            json!({"max_depth": 5, "steps": 1, "chains": 32, "bootstrap": 4096, "renew": renew});
         let Value::Object(more) = p else { panic!("an object") };
         all.as_object_mut().expect("an object").extend(more);
         let (method, _) = render(&scene, method, &all, 40, 730);
         let remarks = method.remarks();
         assert!(
-            remarks.len() <= 4 && remarks[0].contains("32 chains of 1920 steps"),
+            remarks.len() <= 5 && remarks[0].contains("32 chains of 1920 steps"),
             "{remarks:?}"
         );
         remarks.iter().any(|r| r.starts_with("warning: chains keep"))
+    };
+    // Of one generation, and of some twenty or five short ones.
+    let warned = |method: &str, p: Value| {
+        let all = [0, 1, 3].map(|renew| warns(method, renew, p.clone()));
+        assert!(all == [all[0]; 3], "{method}: {all:?}");
+        all[0]
     };
     for method in ["pssmlt", "mmlt", "mlt"] {
         assert!(!warned(method, json!({})), "{method}");

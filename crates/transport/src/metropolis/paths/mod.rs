@@ -176,7 +176,7 @@ impl Method for Mlt {
     }
 
     fn remarks(&self) -> Vec<String> {
-        self.chains.remarks()
+        self.chains.remarks("bidirectional mutations that were accepted")
     }
 
     fn prepare(

@@ -206,7 +206,7 @@ impl Method for PrimarySpace {
     }
 
     fn remarks(&self) -> Vec<String> {
-        self.chains.remarks()
+        self.chains.remarks("large steps that were accepted")
     }
 
     fn prepare(
