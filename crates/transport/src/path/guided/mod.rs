@@ -24,7 +24,7 @@ mod vertex;
 
 pub use params::{GuidedParams, parameters};
 
-use self::trace::{Forest, Guides, Harvest};
+use self::trace::{Forest, Growth, Harvest};
 use super::integrate::Integrator;
 use super::wave::Wave;
 use super::{rows, trace_alone};
@@ -146,7 +146,7 @@ impl Guided {
         let waits = rule.learns() && !matches!(self.field, AnyField::None(_));
         let waits = waits && (1..self.params.warmup).contains(&index);
         let rule = if waits { Rule::None } else { rule };
-        let guides = Guides {
+        let growth = Growth {
             field: &self.field,
             keeps_albedo: self.params.roulette.survival().is_none(),
             splitting: Splitting {
@@ -166,7 +166,7 @@ impl Guided {
         };
         let rows = rows(size);
         workers.bands(out, rows, Forest::default, |forest, band| {
-            forest.trace(integrator, &guides, index, learned, band)
+            forest.trace(integrator, &growth, index, learned, band)
         })
     }
 

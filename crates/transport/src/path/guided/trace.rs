@@ -28,7 +28,7 @@ use kaustika_spectra::Spectrum;
 const PIXELS: u32 = 1024;
 
 /// How trees grow.
-pub(super) struct Guides<'f> {
+pub(super) struct Growth<'f> {
     /// What is known of light.
     pub field: &'f AnyField,
     /// How paths end and split.
@@ -100,7 +100,7 @@ impl<'a> Forest<'a> {
     pub(super) fn trace(
         &mut self,
         integrator: &Integrator<'a>,
-        guides: &Guides,
+        growth: &Growth,
         index: u64,
         learned: f64,
         band: &mut PixelBand,
@@ -109,9 +109,9 @@ impl<'a> Forest<'a> {
         let pixels = band.width() * band.height();
         for first in (0..pixels).step_by(PIXELS as usize) {
             let group = first..pixels.min(first + PIXELS);
-            self.plant(integrator, guides, index, band, group.clone());
+            self.plant(integrator, growth, index, band, group.clone());
             while !self.branches.is_empty() {
-                self.grow(integrator, guides, band.wants_features(), &mut harvest.stats);
+                self.grow(integrator, growth, band.wants_features(), &mut harvest.stats);
             }
             let number = mix_bits(combine(index, u64::from(band.y * band.width() + first)));
             let learns = (number >> 11) as f64 / (1u64 << 53) as f64;
@@ -126,7 +126,7 @@ impl<'a> Forest<'a> {
     fn plant(
         &mut self,
         integrator: &Integrator<'a>,
-        guides: &Guides,
+        growth: &Growth,
         index: u64,
         band: &PixelBand,
         group: std::ops::Range<u32>,
@@ -141,7 +141,7 @@ impl<'a> Forest<'a> {
             let root = Node { found: walk.radiance, ..Node::root(ray.o, ray.d) };
             self.nodes.push(root);
             let at = y as usize * band.width() as usize + x as usize;
-            let measurement = guides.measurements.get(at).copied().unwrap_or(1.0);
+            let measurement = growth.measurements.get(at).copied().unwrap_or(1.0);
             let record = PixelRecord::default();
             self.trees.push(Tree {
                 walk,
@@ -163,7 +163,7 @@ impl<'a> Forest<'a> {
     fn grow(
         &mut self,
         integrator: &Integrator<'a>,
-        guides: &Guides,
+        growth: &Growth,
         features: bool,
         stats: &mut PassStats,
     ) {
@@ -175,7 +175,7 @@ impl<'a> Forest<'a> {
         let mut branches = std::mem::take(&mut self.branches);
         for (i, branch) in branches.drain(..).enumerate() {
             let hit = self.batch.hit(i);
-            self.vertex(integrator, guides, branch, hit.as_ref(), features, stats);
+            self.vertex(integrator, growth, branch, hit.as_ref(), features, stats);
         }
         integrator.scene().occluded_all(&self.shadow_rays, &mut self.batch);
         for (&(node, light), &occluded) in self.lit.iter().zip(&self.batch.occluded) {

@@ -4,7 +4,7 @@
 use super::super::integrate::{Integrator, MAX_PASSAGES};
 use super::super::walk::{Previous, Walk};
 use super::absorption::{Absorption, transmittance};
-use super::trace::{Branch, Forest, Guides};
+use super::trace::{Branch, Forest, Growth};
 use crate::features::describe;
 use crate::guiding::{MixedBsdf, is_matte};
 use crate::method::PassStats;
@@ -23,7 +23,7 @@ impl<'a> Forest<'a> {
     pub(super) fn vertex(
         &mut self,
         integrator: &Integrator<'a>,
-        guides: &Guides,
+        growth: &Growth,
         mut branch: Branch<'a>,
         hit: Option<&Hit>,
         features: bool,
@@ -76,7 +76,7 @@ impl<'a> Forest<'a> {
         if walk.depth >= integrator.max_depth {
             return;
         }
-        self.scatter(integrator, guides, branch, &surface, stats);
+        self.scatter(integrator, growth, branch, &surface, stats);
     }
 
     /// Scatters a branch at a surface whose BSDF is known.
@@ -84,7 +84,7 @@ impl<'a> Forest<'a> {
     fn scatter(
         &mut self,
         integrator: &Integrator<'a>,
-        guides: &Guides,
+        growth: &Growth,
         mut branch: Branch<'a>,
         surface: &Surface,
         stats: &mut PassStats,
@@ -97,17 +97,17 @@ impl<'a> Forest<'a> {
         let u = branch.sampler.get_vertex();
 
         // How many copies go on?
-        let mut roulette = guides.roulette;
+        let mut roulette = growth.roulette;
         let mut q = 1.0;
-        let cell = smooth.then(|| guides.field.at(surface.p));
+        let cell = smooth.then(|| growth.field.at(surface.p));
         if let Some(cell) = cell {
-            let albedo = match guides.keeps_albedo {
+            let albedo = match growth.keeps_albedo {
                 true => mean(bsdf.albedo(wo), &walk.lambda),
                 false => 0.0,
             };
             self.nodes[node].met = Some(Met { p: surface.p, albedo });
-            if guides.splitting.rule.survival().is_none() {
-                let expected = match guides.splitting.rule.learns() {
+            if growth.splitting.rule.survival().is_none() {
+                let expected = match growth.splitting.rule.learns() {
                     true => cell.expected(wo, albedo),
                     false => None,
                 };
@@ -119,7 +119,7 @@ impl<'a> Forest<'a> {
                     roughness: bsdf.roughness(),
                     scattered: branch.scattered,
                 };
-                if let Decision::Copies(factor) = guides.splitting.decide(&collision) {
+                if let Decision::Copies(factor) = growth.splitting.decide(&collision) {
                     let whole = tree.splits >= MOST_SPLITS || branch.sampler.is_chain();
                     q = if whole { factor.min(1.0) } else { factor };
                     roulette.survival = Survival::None;
