@@ -347,6 +347,24 @@ mod tests {
     }
 
     #[test]
+    fn what_few_candidates_tell_is_doubted() {
+        // Eight of a hundred thousand have a part of the light, and tell all of the error: it may be twice as large.
+        let with_part = |part: f64| {
+            let mut moments = Moments::default();
+            (0..100_000).for_each(|_| moments.push(1.0));
+            (0..8).for_each(|_| moments.push(part * 100_000.0 / 8.0));
+            moments
+        };
+        for (part, error, warns) in [(0.03, 0.0103, false), (0.06, 0.02, true)] {
+            let moments = with_part(part);
+            let told = moments.error() / moments.mean();
+            assert!((told - error).abs() < 1e-3, "{told}");
+            assert!(moments.rests_on_few() && told < KNOWN);
+            assert_eq!(moments.warning().is_some(), warns, "{part}");
+        }
+    }
+
+    #[test]
     fn as_many_candidates_are_found_as_the_error_asks_for() {
         let workers = Workers::new(2, Arc::default()).unwrap();
         let find = |precision: f64, weigh: &(dyn Fn(u64) -> f64 + Sync)| {
