@@ -281,7 +281,7 @@ impl<W: Saved + Clone + Send + Sync + Visitor> Chains<W> {
         for (what, covered) in [("tile of the picture", tiles), ("length of paths", lengths)] {
             if let Some(covered) = covered.filter(|c| *c < COVERED) {
                 remarks.push(format!(
-"warning: chains keep to parts: {:.0} % as many came to another {what} as should; more mutations of other kinds, larger steps or more time are needed",
+                    "warning: chains keep to parts: {:.0} % as many came to another {what} as should; more mutations of other kinds, larger steps or more time are needed",
                     percent(covered.max(0.0)),
                 ));
             }
