@@ -15,8 +15,6 @@ use crate::workers::Workers;
 use kaustika_film::accumulate::PassImage;
 use std::io::{self, Read, Write};
 
-/// Generations follow one another so many times as fast where candidates are too few.
-const HASTE: u32 = 4;
 /// R̂ above which groups do not agree.
 const AGREE: f64 = 1.1;
 /// Coverage below which chains keep to parts of the picture or of path space.
@@ -32,18 +30,21 @@ pub struct Generation<W> {
     /// What candidates tell of b, over all groups: the picture's brightness, summed over pixels, without
     /// what is rendered separately.
     candidates: Moments,
+    /// Rays that candidates took.
+    rays: u64,
     /// b of each group.
     of_groups: Vec<f64>,
     /// The group of each chain.
     group: Vec<u64>,
     walks: Vec<W>,
 }
-saved!(Generation<W> { candidates, of_groups, group, walks });
+saved!(Generation<W> { candidates, rays, of_groups, group, walks });
 
 impl<W> Default for Generation<W> {
     fn default() -> Self {
         Generation {
             candidates: Moments::default(),
+            rays: 0,
             of_groups: Vec::new(),
             group: Vec::new(),
             walks: Vec::new(),
@@ -72,7 +73,7 @@ impl<W: Clone + Send + Sync> Generation<W> {
             }
         }
         let of_groups = (0..groups).map(|g| seeds.brightness_of(g)).collect();
-        Generation { candidates: seeds.moments, of_groups, group, walks }
+        Generation { candidates: seeds.moments, rays: seeds.rays, of_groups, group, walks }
     }
 
     /// Steps of which nothing is kept.
@@ -109,6 +110,10 @@ pub struct Chains<W> {
     steps: u64,
     /// Those of this generation.
     age: u64,
+    /// Rays that steps took, over all generations, and before this one.
+    rays: [u64; 2],
+    /// Those that candidates took.
+    rays_of_candidates: u64,
     now: Generation<W>,
     /// What generations before this one have visited.
     visited: Visited,
@@ -140,6 +145,8 @@ impl<W> Default for Chains<W> {
             size: [0; 2],
             steps: 0,
             age: 0,
+            rays: [0; 2],
+            rays_of_candidates: 0,
             now: Generation::default(),
             visited: Visited::default(),
             groups: Groups::default(),
@@ -153,6 +160,7 @@ impl<W: Saved + Clone + Send + Sync + Visitor> Chains<W> {
     pub fn new((frame, schedule): (&Frame, Schedule), first: Generation<W>) -> Chains<W> {
         Chains {
             candidates: first.candidates,
+            rays_of_candidates: first.rays,
             size: frame.size(),
             now: first,
             groups: Groups::new(frame, schedule.groups),
@@ -161,13 +169,14 @@ impl<W: Saved + Clone + Send + Sync + Visitor> Chains<W> {
     }
 
     /// The number of the generation that is due, and of its candidates, which are as many as this one's: if that has made
-    /// `renew` steps for each of them, a quarter of that as long as all candidates so far are too few; never if `renew` is 0.
+    /// `renew` steps for each of them, or, as long as all candidates so far are too few, if its steps took as many rays as its
+    /// candidates, and made a step for each; never if `renew` is 0.
     pub fn due(&self, schedule: Schedule, renew: u32) -> Option<(u64, u64)> {
         let made = self.age * schedule.chains as u64;
-        let renew = if self.candidates.are_too_few() { renew.div_ceil(HASTE) } else { renew };
-        let asked = u64::from(renew) * self.now.candidates.count();
-        (renew > 0 && made >= asked)
-            .then(|| (self.visited.generations() + 1, self.now.candidates.count()))
+        let candidates = self.now.candidates.count();
+        let hurries = self.candidates.are_too_few() && self.rays[0] - self.rays[1] >= self.now.rays;
+        let asked = candidates * if hurries { 1 } else { u64::from(renew) };
+        (renew > 0 && made >= asked).then(|| (self.visited.generations() + 1, candidates))
     }
 
     /// A pass, of a new generation if there is one: `step` moves a chain by the schedule's steps, of which each leaves so much light.
@@ -210,6 +219,8 @@ impl<W: Saved + Clone + Send + Sync + Visitor> Chains<W> {
             self.visited.add(self.visited_now());
             self.candidates.add(&next.candidates);
             self.age = 0;
+            self.rays[1] = self.rays[0];
+            self.rays_of_candidates += next.rays;
             self.now = next;
         }
         self.now.walks = moved.walks;
@@ -217,6 +228,7 @@ impl<W: Saved + Clone + Send + Sync + Visitor> Chains<W> {
         self.tally.add(&moved.tally);
         self.steps += moved.steps;
         self.age += moved.steps;
+        self.rays[0] += moved.tally.stats.rays();
     }
 
     /// What this generation has visited.
@@ -301,6 +313,8 @@ impl<W: Saved + Clone + Send + Sync + Visitor> Chains<W> {
     /// See [`Method::report`](crate::Method::report); the strategies by name.
     pub fn report(&self, strategies: &[&str]) -> Vec<(String, f64)> {
         let mut report = self.candidates.report();
+        report.push(("candidates.rays".into(), self.rays_of_candidates as f64));
+        report.push(("steps.rays".into(), self.rays[0] as f64));
         report.push(("chains".into(), self.now.walks.len() as f64));
         report.push(("generations".into(), (self.visited.generations() + 1) as f64));
         report.extend(self.tally.report(strategies));
@@ -320,6 +334,8 @@ impl<W: Saved + Clone + Send + Sync + Visitor> Chains<W> {
         self.groups.save(out)?;
         self.steps.save(out)?;
         self.age.save(out)?;
+        self.rays.save(out)?;
+        self.rays_of_candidates.save(out)?;
         self.visited.save(out)?;
         self.candidates.save(out)
     }
@@ -331,6 +347,8 @@ impl<W: Saved + Clone + Send + Sync + Visitor> Chains<W> {
         self.groups = Groups::load(from)?;
         self.steps = u64::load(from)?;
         self.age = u64::load(from)?;
+        self.rays = <[u64; 2]>::load(from)?;
+        self.rays_of_candidates = u64::load(from)?;
         self.visited = Visited::load(from)?;
         self.candidates = Moments::load(from)?;
         Ok(())

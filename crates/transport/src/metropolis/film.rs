@@ -22,8 +22,8 @@ use std::io::{self, Read, Write};
 
 /// Groups of chains, where there are as many chains: enough to know an error to a fifth.
 const GROUPS: u64 = 16;
-/// Groups of [`MANY`] chains: they know it to an eighth.
-const GROUPS_OF_MANY: u64 = 32;
+/// Groups of [`MANY`] chains: they know it to an eleventh.
+const GROUPS_OF_MANY: u64 = 64;
 /// Chains that make groups of some size, however many groups there are.
 const MANY: u64 = 1024;
 

@@ -141,6 +141,8 @@ impl Moments {
 pub struct Seeds {
     worth: Vec<Worth>,
     groups: usize,
+    /// Rays that they took.
+    pub rays: u64,
     /// Over all of them.
     pub moments: Moments,
 }
@@ -168,7 +170,7 @@ pub enum Asked {
 
 impl Seeds {
     /// As many candidates as are asked for, as many for each of `groups`. `weigh` tells
-    /// what a candidate is worth, in room of its thread; its other argument is true of those of the trial.
+    /// what a candidate is worth and the rays it took, in room of its thread; its other argument is true of those of the trial.
     ///
     /// # Errors
     /// If cancelled.
@@ -176,7 +178,7 @@ impl Seeds {
         workers: &Workers,
         (asked, groups): (Asked, usize),
         room: impl Fn() -> S + Sync,
-        weigh: impl Fn(&mut S, u64, bool) -> Worth + Sync,
+        weigh: impl Fn(&mut S, u64, bool) -> (Worth, u64) + Sync,
     ) -> Result<Seeds, RenderError> {
         let count = match asked {
             Asked::Exactly(count) => count,
@@ -196,7 +198,7 @@ impl Seeds {
         workers: &Workers,
         (fewest, precision): (u64, f64),
         room: impl Fn() -> S + Sync,
-        weigh: impl Fn(&mut S, u64) -> Worth + Sync,
+        weigh: impl Fn(&mut S, u64) -> (Worth, u64) + Sync,
     ) -> Result<u64, RenderError> {
         let mut trial = Seeds { groups: 1, ..Seeds::default() };
         let mut size = fewest.div_ceil(TRIAL);
@@ -216,23 +218,26 @@ impl Seeds {
         workers: &Workers,
         count: u64,
         room: impl Fn() -> S + Sync,
-        weigh: impl Fn(&mut S, u64) -> Worth + Sync,
+        weigh: impl Fn(&mut S, u64) -> (Worth, u64) + Sync,
     ) -> Result<(), RenderError> {
         let first = self.worth.len() as u64;
         let chunk = |room: &mut S, c: u64| {
             let numbers = first + c * CHUNK..count.min(first + (c + 1) * CHUNK);
-            let one = |number| match weigh(room, number) {
-                (w, kind) if w.is_finite() => (w, kind),
-                _ => (0.0, 0),
+            let mut rays = 0;
+            let one = |number| {
+                let (worth, taken) = weigh(room, number);
+                rays += taken;
+                if worth.0.is_finite() { worth } else { (0.0, 0) }
             };
             let worth: Vec<Worth> = numbers.map(one).collect();
-            (!workers.cancelled()).then_some(worth)
+            (!workers.cancelled()).then_some((worth, rays))
         };
         let chunks = count.saturating_sub(first).div_ceil(CHUNK);
-        let found: Vec<Option<Vec<Worth>>> =
+        let found: Vec<Option<(Vec<Worth>, u64)>> =
             workers.install(|| (0..chunks).into_par_iter().map_init(&room, chunk).collect());
         for chunk in found {
-            let worth = chunk.ok_or(RenderError::Cancelled)?;
+            let (worth, rays) = chunk.ok_or(RenderError::Cancelled)?;
+            self.rays += rays;
             worth.iter().for_each(|(w, _)| self.moments.push(*w));
             self.worth.extend(worth);
         }
@@ -303,7 +308,7 @@ mod tests {
     fn seeds(count: u64, groups: usize, weigh: impl Fn(u64) -> Worth + Sync) -> Seeds {
         let workers = Workers::new(2, Arc::default()).unwrap();
         let mut seeds = Seeds { groups, ..Seeds::default() };
-        seeds.grow(&workers, count, || (), |_, number| weigh(number)).unwrap();
+        seeds.grow(&workers, count, || (), |_, number| (weigh(number), 1)).unwrap();
         seeds
     }
 
@@ -368,7 +373,7 @@ mod tests {
     fn as_many_candidates_are_found_as_the_error_asks_for() {
         let workers = Workers::new(2, Arc::default()).unwrap();
         let find = |precision: f64, weigh: &(dyn Fn(u64) -> f64 + Sync)| {
-            let worth = |_: &mut (), number, _| (weigh(number), 0);
+            let worth = |_: &mut (), number, _| ((weigh(number), 0), 1);
             Seeds::find(&workers, (Asked::AtLeast(10_000, precision), 8), || (), worth).unwrap()
         };
         // σ = 2, b = 2.
@@ -377,6 +382,7 @@ mod tests {
         let error = found.moments.error() / found.moments.mean();
         assert!((error - 0.004).abs() < 1e-5, "{error}");
         assert_eq!(find(1.0, &even).moments.count, 10_000);
+        assert_eq!(find(1.0, &even).rays, 10_000);
         assert_eq!(find(1e-9, &even).moments.count, 160_000);
         // One of 4000 has 20 times the light of all others: a trial of 2500 meets the first, one of 5000 two, and so on: ten of
         // 40,000 are too few.

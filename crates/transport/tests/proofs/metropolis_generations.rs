@@ -144,42 +144,63 @@ fn generations_are_told() {
     assert!(method.remarks()[0].contains("in 4 generations"), "{:?}", method.remarks());
 }
 
-#[test]
-fn generations_hurry_as_long_as_candidates_are_too_few() {
-    // 1024 steps a pass, of 1024 candidates: generations last four passes, and one as long as fewer than 128 tell the error.
+/// Passes of chains with 1024 candidates, of 1024 steps each: before every pass, how many candidates tell the error, generations so
+/// far, and the rays that steps and candidates took.
+fn generations(method: &str, passes: u64) -> Vec<[f64; 4]> {
     let scene = scene();
-    let entry = registry::find("pssmlt").expect("known");
     let mut p = few(4);
-    p["bootstrap"] = 1024.into();
+    (p["bootstrap"], p["steps"]) = (1024.into(), 1.into());
     let Value::Object(p) = p else { panic!("an object") };
-    let mut method = (entry.make)(&p).expect("sound");
-    let (size, passes) = ([32, 32], 60);
+    let mut method = (registry::find(method).expect("known").make)(&p).expect("sound");
+    let size = [32, 32];
     let workers = Workers::new(2, Arc::default()).expect("threads");
     let kind = SamplerKind::Independent;
     let config = SamplerConfig { kind, seed: 7500, spp: passes, resolution: size };
     let frame = Frame::new(size, FilterDesc::BOX, config);
     method.prepare(&scene, &frame, &workers).expect("prepared");
-    let told = |report: Vec<(String, f64)>| {
-        let value = |key: &str| report.iter().find(|(k, _)| k == key).expect("reported").1;
-        (value("generations"), value("candidates_that_tell_the_error"))
-    };
-    let (mut hasty, mut calm, mut made) = (0, 0, 0.0);
+    let mut told = Vec::new();
     for index in 0..passes {
-        let (before, tell) = told(method.report());
+        let report = method.report();
+        told.push(
+            ["candidates_that_tell_the_error", "generations", "steps.rays", "candidates.rays"]
+                .map(|key| report.iter().find(|(k, _)| k == key).expect("reported").1),
+        );
         let mut image = PassImage::new(size[0], size[1], frame.layers.clone());
         method.pass(index, &scene, &frame, &mut image, &workers).expect("a pass");
-        let (after, _) = told(method.report());
-        match tell < 128.0 {
-            true => {
-                assert!(index == 0 || after == before + 1.0, "{tell}");
-                hasty += 1;
-            }
-            false => {
-                calm += 1;
-                made += after - before;
+    }
+    told
+}
+
+#[test]
+fn generations_hurry_as_long_as_candidates_are_too_few() {
+    // Generations last four passes; as long as fewer than 128 candidates tell the error, until their steps took as many rays
+    // as their candidates.
+    for (method, passes) in [("pssmlt", 60), ("mlt", 90)] {
+        let told = generations(method, passes);
+        let starts: Vec<usize> =
+            (1..told.len()).filter(|&k| k == 1 || told[k][1] > told[k - 1][1]).collect();
+        // `told[k]` is of after a generation's first pass, for each `k` of `starts`.
+        let (mut hasty, mut calm) = (0, 0);
+        for pair in starts.windows(2) {
+            let [begun, next] = [pair[0], pair[1]].map(|k| &told[k - 1]);
+            let lasted = pair[1] - pair[0];
+            // Rays of this generation's steps and candidates.
+            let steps = next[2] - begun[2];
+            let candidates = told[pair[0]][3] - if pair[0] == 1 { 0.0 } else { begun[3] };
+            match next[0] < 128.0 && lasted < 4 {
+                true => {
+                    hasty += 1;
+                    assert!(steps >= candidates, "{method}: {steps} rays, {candidates}");
+                    // No pass later than could be.
+                    let last = next[2] - told[pair[1] - 2][2];
+                    assert!(lasted == 1 || steps - last < candidates, "{method}: {pair:?}");
+                }
+                false => {
+                    calm += 1;
+                    assert_eq!(lasted, 4, "{method}: {pair:?}");
+                }
             }
         }
+        assert!(hasty > 1 && calm > 1, "{method}: {hasty} {calm}");
     }
-    assert!(hasty > 1 && calm > 8, "{hasty} {calm}");
-    assert!(made <= f64::from(calm) / 4.0 + 1.0, "{made} of {calm}");
 }

@@ -14,7 +14,7 @@
 use super::Mlt;
 use super::params::{Erpt as Params, Mutation};
 use super::tracer::Tracer;
-use super::walk::{Walk, candidate};
+use super::walk::{Walk, candidate, worth};
 use crate::frame::Frame;
 use crate::method::{
     Bias, Commit, CommitKind, Method, MethodInfo, PassStats, RenderError, Schedule,
@@ -89,9 +89,7 @@ impl Method for Erpt {
         self.paths.learn(scene, frame, workers)?;
         let Some(lengths) = self.paths.params.lengths() else { return Ok(()) };
         let seed = !frame.sampler.config().seed;
-        let weigh = |tracer: &mut Tracer, number: u64, _| {
-            candidate(tracer, lengths, seed, number).map_or((0.0, 0), |(_, weight)| (weight, 0))
-        };
+        let weigh = |tracer: &mut Tracer, number: u64, _| worth(tracer, lengths, seed, number);
         // The error of b̂ is none of the picture's.
         let asked = (Asked::AtLeast(u64::from(self.params.bootstrap), 1.0), 1);
         let seeds = Seeds::find(workers, asked, || self.paths.tracer(scene, frame), weigh)?;

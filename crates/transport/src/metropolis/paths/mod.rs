@@ -27,7 +27,7 @@ pub use params::{Erpt as ErptParams, Mutation, PathParams, erpt_parameters, para
 use self::bidirectional::Lengths;
 use self::path::Measure;
 use self::tracer::Tracer;
-use self::walk::{Walk, candidate};
+use self::walk::{Walk, candidate, worth};
 use super::chains::{Chains, Generation};
 use super::film::{self, Field, Schedule, of_generation};
 use super::seeds::{Asked, Seeds, Startup};
@@ -126,9 +126,7 @@ impl Mlt {
         let seed = of_generation(frame.sampler.config().seed, number);
         let schedule = self.schedule(frame);
         let weigh = |tracer: &mut Tracer, number: u64, trial: bool| {
-            let seed = if trial { !seed } else { seed };
-            let found = candidate(tracer, lengths, seed, number);
-            found.map_or((0.0, 0), |(path, weight)| (weight, path.len() as u8))
+            worth(tracer, lengths, if trial { !seed } else { seed }, number)
         };
         let room = || self.tracer(scene, frame);
         let seeds = Seeds::find(workers, (asked, schedule.groups), room, weigh)?;

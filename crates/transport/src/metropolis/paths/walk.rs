@@ -10,8 +10,10 @@ use super::params::Mutation;
 use super::path::{Measure, Path};
 use super::perturbation::{EyeSide, eye_side, move_caustic, move_eye};
 use super::tracer::Tracer;
+use crate::method::PassStats;
 use crate::metropolis::coverage::{Visitor, Visits};
 use crate::metropolis::film::stream;
+use crate::metropolis::seeds::Worth;
 use crate::metropolis::tally::Tally;
 use crate::metropolis::{Chain, Draws, Recording, acceptance};
 use crate::path_space::{Splat, Tracks};
@@ -42,6 +44,14 @@ pub(super) fn candidate<'a>(
     number: u64,
 ) -> Option<(Path<'a>, f64)> {
     candidates::candidate(tracer, lengths, &mut stream(seed, 0x7061_7468, number))
+}
+
+/// What it is worth, and the rays it took.
+pub(super) fn worth(tracer: &mut Tracer, lengths: Lengths, seed: u64, number: u64) -> (Worth, u64) {
+    tracer.stats = PassStats::default();
+    let found = candidate(tracer, lengths, seed, number);
+    let worth = found.map_or((0.0, 0), |(path, weight)| (weight, path.len() as u8));
+    (worth, tracer.stats.rays())
 }
 
 /// A mutation of a kind.

@@ -100,9 +100,10 @@ fn candidate(
     estimator: &mut Estimator,
     seed: u64,
     number: u64,
+    stats: &mut PassStats,
 ) -> (f64, Option<Kept>) {
     *state = State { splats: std::mem::take(&mut state.splats), ..State::default() };
-    let (draws, stats) = (&mut numbers(seed, number), &mut PassStats::default());
+    let draws = &mut numbers(seed, number);
     let mut decisions = stream(seed, 0x6361_6e64 + 3, number);
     let [a, b, c] = &mut state.stepping(draws, 0.0);
     if let Some(found) = estimator.candidate([a, b, c], &mut decisions, stats) {
@@ -112,10 +113,16 @@ fn candidate(
     (state.f, None)
 }
 
-/// What the candidate of this number is worth.
-pub(super) fn worth(state: &mut State, estimator: &mut Estimator, seed: u64, number: u64) -> Worth {
-    let (w, kept) = candidate(state, estimator, seed, number);
-    (w, kept.map_or(0, |k| k.depth as u8))
+/// What the candidate of this number is worth, and the rays it took.
+pub(super) fn worth(
+    state: &mut State,
+    estimator: &mut Estimator,
+    seed: u64,
+    number: u64,
+) -> (Worth, u64) {
+    let mut stats = PassStats::default();
+    let (w, kept) = candidate(state, estimator, seed, number, &mut stats);
+    ((w, kept.map_or(0, |k| k.depth as u8)), stats.rays())
 }
 
 impl Walk {
@@ -127,14 +134,14 @@ impl Walk {
         chain: u64,
     ) -> Walk {
         let mut state = State::default();
-        let mut depth = 0;
-        if let (_, Some(kept)) = candidate(&mut state, estimator, candidates, start) {
+        let (mut depth, mut stats) = (0, PassStats::default());
+        let found = candidate(&mut state, estimator, candidates, start, &mut stats);
+        if let (_, Some(kept)) = found {
             // The strategy that is kept, by the same numbers.
             state = State::default();
             state.coordinates[2] = Coordinates::of(kept.v);
             depth = kept.depth as u32;
-            let (draws, stats) = (&mut numbers(candidates, start), &mut PassStats::default());
-            state.find(estimator, depth, draws, 0.0, stats);
+            state.find(estimator, depth, &mut numbers(candidates, start), 0.0, &mut stats);
         }
         let draws = [0, 1, 2, 3].map(|k| stream(seed, 0x7761_6c6b + k, chain));
         Walk { state, draws, depth, still: 0, visits: Visits::default() }
