@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 """Holds the methods against each other on the project's own scenes (run by hand).
 
-    scripts/agreement.py [SCENE]... [--seeds 24] [--kaustika PROGRAM] [--resolution WxH] [--of METHOD...] [--fault METHOD=FACTOR]
+    scripts/agreement.py [SCENE | FILE]... [--seeds 24] [--kaustika PROGRAM] [--resolution WxH] [--of METHOD...] [--fault METHOD=FACTOR]
 
 Every method renders every scene with as many seeds as asked for; two methods are compared on the light of one class of paths
 (`--layer`), which both must be able to sample: the mean of the picture and of each of its tiles of 16 x 16 pixels, in red, green and blue,
 by Welch's test over the seeds. All tests together have one significance of 1 % (Sidak). One table in Markdown; exit code 1 if
-a test rejects. --fault makes one method's pictures brighter by a factor, to see the tests fail. Runs in a Python that has numpy and
+a test rejects. A FILE is any other scene, by its path, on which all comparisons are made that `--of` leaves. --fault makes one method's pictures brighter by a factor, to see the tests fail. Runs in a Python that has numpy and
 OpenImageIO. Build first: cargo build --release.
 """
 import argparse
@@ -113,7 +113,10 @@ def main():
     ap.add_argument("--fault", default="none=1")
     ap.add_argument("--of", nargs="*", help="only comparisons of these methods with others")
     a = ap.parse_args()
-    unknown = [s for s in a.scenes if s not in SCENES]
+    files = {os.path.basename(os.path.dirname(os.path.abspath(f))): f for f in a.scenes if os.path.isfile(f)}
+    a.scenes = [next((name for name, file in files.items() if file == s), s) for s in a.scenes]
+    scenes = {**SCENES, **{name: (file, USUAL + TREES) for name, file in files.items()}}
+    unknown = [s for s in a.scenes if s not in scenes]
     if unknown:
         ap.error("no scene %s; there are %s" % (", ".join(unknown), ", ".join(SCENES)))
     fault, factor = a.fault.split("=")
@@ -121,9 +124,10 @@ def main():
     rows, tests = [], 0
     with tempfile.TemporaryDirectory() as folder:
         for name in a.scenes or SCENES:
-            file, comparisons = SCENES[name]
+            file, comparisons = scenes[name]
             comparisons = [c for c in comparisons if not a.of or c[0] in a.of]
-            scene = os.path.join(ROOT, "scenes", name.split("-")[0] if name.startswith("pool") else name, file)
+            folder_of = name.split("-")[0] if name.startswith("pool") else name
+            scene = files.get(name) or os.path.join(ROOT, "scenes", folder_of, file)
             seen = {}
             for method in dict.fromkeys(m for c in comparisons for m in c[:2]):
                 classes = list(dict.fromkeys(c for one, other, c in comparisons if method in (one, other)))

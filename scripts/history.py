@@ -35,10 +35,11 @@ METHODS = {
         ("Kajiya: path tracing", 1986, "path", 64, ["mis=light"]),
         ("Wallace: two passes", 1987, "hybrid", 64, ["terms=wallace", "of=L([S_M]D)*S_M*E"]),
         ("Cohen: 100 shots", 1988, "radiosity", 64, ["direct=mesh", "solver=southwell", "patches=8000", "shots=100", "ambient=true"]),
-        ("Sillion & Puech: mirrors", 1989, "radiosity", 64, ["solver=gauss-seidel", "patches=8000", "extended=true"]),
+        ("Sillion & Puech: any", 1989, "hybrid", 64, ["terms=sillion-puech"]),
     ],
     "1990s": [
         ("Hanrahan: hierarchy", 1991, "radiosity", 64, ["patches=20000"]),
+        ("Sillion et al.: gloss", 1991, "radiosity", 64, ["direct=mesh", "solver=jacobi", "patches=4000", "glossy=6"]),
         ("light tracing", 1991, "light", 256, []),
         ("Chen: multi-pass", 1991, "chen", 64, []),
         ("Veach & Guibas: MIS", 1995, "path", 64, []),
