@@ -70,6 +70,13 @@ pub struct PassStats {
     pub bad_samples: u64,
 }
 
+impl PassStats {
+    /// Rays of both kinds.
+    pub fn rays(&self) -> u64 {
+        self.closest_rays + self.shadow_rays
+    }
+}
+
 impl AddAssign for PassStats {
     fn add_assign(&mut self, o: PassStats) {
         self.closest_rays += o.closest_rays;
@@ -175,6 +182,12 @@ pub trait Method: Send {
     /// Paths that it never finds of lights without extent, where there are mirrors or clear glass: an
     /// expression ([`kaustika_film::path_expression`]).
     fn never_of_points(&self) -> Option<&'static str> {
+        None
+    }
+
+    /// Why its picture of this scene shows light of paths outside its class, if it does so, and what to do: where several methods
+    /// render one picture, that light would be there twice.
+    fn strays(&self, _scene: &Scene) -> Option<&'static str> {
         None
     }
 

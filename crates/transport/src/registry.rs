@@ -141,9 +141,33 @@ pub fn find(name: &str) -> Option<&'static Entry> {
     ALL.iter().find(|e| e.info.name == name)
 }
 
+/// Names of the methods that tell their paths apart.
+pub fn with_layers() -> impl Iterator<Item = &'static str> {
+    ALL.iter().filter(|e| e.info.layers).map(|e| e.info.name)
+}
+
 /// Parameters from key-value pairs; an unknown key is an error that lists the known ones.
 fn parse<T: DeserializeOwned>(p: &Map<String, Value>) -> Result<T, String> {
-    serde_json::from_value(Value::Object(p.clone())).map_err(|e| e.to_string())
+    serde_json::from_value(Value::Object(p.clone())).map_err(|e| in_words(&e.to_string()))
+}
+
+/// serde's message about a value, with words for Rust's types.
+fn in_words(error: &str) -> String {
+    let of_value = ["invalid type: ", "invalid value: ", "unknown variant "];
+    let (true, Some((found, expected))) =
+        (of_value.iter().any(|s| error.starts_with(s)), error.rsplit_once(", expected "))
+    else {
+        return error.into();
+    };
+    let expected = match expected {
+        "i8" | "i16" | "i32" | "i64" => "a whole number",
+        "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number from 0",
+        "f32" | "f64" => "a number",
+        "a boolean" => "true or false",
+        other => other,
+    };
+    let found = found.trim_start_matches("invalid type: ").trim_start_matches("invalid value: ");
+    format!("expected {expected}, found {found}")
 }
 
 /// A parameter's value as it is written: a number or a truth value where it reads as one, else text.
@@ -171,6 +195,14 @@ pub(crate) fn count<'de, D: serde::Deserializer<'de>>(d: D) -> Result<u32, D::Er
     match u32::try_from(n) {
         Ok(n) if n > 0 => Ok(n),
         _ => Err(serde::de::Error::custom(format!("{n} is not from 1 to {most}"))),
+    }
+}
+
+/// Photons of an estimate.
+pub(crate) fn at_least_two<'de, D: serde::Deserializer<'de>>(d: D) -> Result<usize, D::Error> {
+    match count(d)? {
+        1 => Err(serde::de::Error::custom("1 photon has no density: 2 or more are needed")),
+        n => Ok(n as usize),
     }
 }
 

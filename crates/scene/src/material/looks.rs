@@ -15,6 +15,8 @@ pub struct Looks {
     pub exponent: Option<TextureId>,
     /// True if light goes through it without being scattered everywhere: glass, or nothing.
     pub clear: bool,
+    /// True if it is clear, and more than nothing: who leaves it out shows another picture.
+    pub glass: bool,
 }
 
 /// A colour that is a part of a mixture.
@@ -76,9 +78,10 @@ impl Materials {
                 looks.opacity.push(*opacity);
                 looks
             }
-            M::Dielectric { .. } | M::ThinDielectric { .. } | M::Null { .. } => {
-                Looks { clear: true, ..Looks::default() }
+            M::Dielectric { .. } | M::ThinDielectric { .. } => {
+                Looks { clear: true, glass: true, ..Looks::default() }
             }
+            M::Null { .. } => Looks { clear: true, ..Looks::default() },
             _ => Looks::default(),
         }
     }
@@ -88,9 +91,10 @@ impl Materials {
 /// holes, in all of its parts is so.
 fn together(parts: Vec<Looks>) -> Looks {
     let clear = parts.iter().all(|part| part.clear);
+    let glass = clear && parts.iter().any(|part| part.glass);
     let has_holes = parts.iter().all(|part| !part.opacity.is_empty());
     let colors = parts.iter().flat_map(|part| part.colors.clone()).collect();
     let first = parts.into_iter().next().unwrap_or_default();
     let opacity = if has_holes { first.opacity } else { Vec::new() };
-    Looks { colors, opacity, clear, exponent: first.exponent }
+    Looks { colors, opacity, clear, glass, exponent: first.exponent }
 }

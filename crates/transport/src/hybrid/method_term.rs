@@ -10,6 +10,7 @@ use crate::workers::Workers;
 use kaustika_film::path_expression::{PathClasses, PathLayer, Word};
 use kaustika_math::Vec2;
 use kaustika_scene::bsdf::{Bsdf, Lobes};
+use kaustika_scene::description::nearest_name;
 use kaustika_scene::{Light, Scene};
 use kaustika_spectra::Wavelengths;
 use serde_json::{Map, Value};
@@ -35,6 +36,14 @@ impl MethodTerm {
         let entry = registry::find(name).ok_or_else(|| fail(unknown(name)))?;
         let mut all = Map::new();
         let known = (entry.parameters)();
+        if let Some(key) = given.keys().find(|key| known.iter().all(|p| p.key != *key)) {
+            let known: Vec<&str> = known.iter().map(|p| p.key).collect();
+            let advice = match nearest_name(key, &known) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => format!("known: {}", known.join(", ")),
+            };
+            return Err(fail(format!("method `{name}` has no parameter `{key}`; {advice}")));
+        }
         if params.hide_emitters && known.iter().any(|p| p.key == "hide_emitters") {
             all.insert("hide_emitters".into(), true.into());
         }
@@ -57,6 +66,10 @@ impl MethodTerm {
     ) -> Result<(), RenderError> {
         let fail =
             |message: String| RenderError::Failed(format!("the term `{}`: {message}", term.text));
+        if let Some(why) = self.method.strays(scene) {
+            let name = self.method.info().name;
+            return Err(fail(format!("light would be counted twice: `{name}` {why}")));
+        }
         if let Some(word) = self.lost(term, scene) {
             let name = self.method.info().name;
             return Err(fail(format!(
@@ -88,7 +101,8 @@ impl MethodTerm {
 
 fn unknown(name: &str) -> String {
     let known: Vec<&str> = registry::ALL.iter().map(|e| e.info.name).collect();
-    format!("unknown method `{name}`; known: {}, and photons@N, radiosity@N", known.join(", "))
+    let known = known.join(", ");
+    format!("unknown method `{name}`; known: {known}, and photons@N, radiosity@N, cache@N")
 }
 
 /// Whether a method can make a term's class.
@@ -165,7 +179,10 @@ mod tests {
             ("sppm:L(D|S)*E", "never `LE`"),
             ("radiosity:L(D|S)*E", "never `LSE`"),
             ("radiosity:LD+E", "does not tell its paths apart: it makes all of LD*E, `LE`"),
-            ("radiosity(patch=100):LD*E", "unknown field `patch`"),
+            (
+                "radiosity(patch=100):LD*E",
+                "method `radiosity` has no parameter `patch`; did you mean `patches`?",
+            ),
             ("paths:LE", "unknown method `paths`"),
             ("mlt:L(D|S)*E", "depend on each other"),
         ] {

@@ -1,7 +1,7 @@
 //! Parameters of hybrids.
 
 use crate::particle::photon_map::PhotonMapParams;
-use crate::registry::{Parameter, count, positive};
+use crate::registry::{Parameter, at_least_two, count, positive};
 use serde::Deserialize;
 
 /// Everything that can be set with `-p KEY=VALUE`.
@@ -26,8 +26,8 @@ pub struct HybridParams {
     #[serde(deserialize_with = "count")]
     pub photons: u32,
     /// Photons of an estimate, at least 2.
-    #[serde(deserialize_with = "count")]
-    pub nearest: u32,
+    #[serde(deserialize_with = "at_least_two")]
+    pub nearest: usize,
     /// The farthest of them, as a share of the scene's radius.
     #[serde(deserialize_with = "positive")]
     pub radius: f32,
@@ -67,7 +67,7 @@ impl HybridParams {
     /// How photons are read.
     pub fn reading(&self) -> PhotonMapParams {
         PhotonMapParams {
-            nearest: self.nearest.max(2) as usize,
+            nearest: self.nearest,
             radius: self.radius,
             alpha: self.alpha,
             ..PhotonMapParams::default()

@@ -143,6 +143,33 @@ impl RadiosityParams {
         if self.glossy > MOST_BANDS {
             return Err(format!("`glossy` is at most {MOST_BANDS} bands of harmonics"));
         }
+        self.check_unused()
+    }
+
+    /// What the solver would take no notice of.
+    fn check_unused(&self) -> Result<(), String> {
+        let matrix = "southwell, direct, jacobi or gauss-seidel";
+        let d = RadiosityParams::default();
+        let (hierarchical, southwell) =
+            (self.solver == Solver::Hierarchical, self.solver == Solver::Southwell);
+        for (key, is_set, is_used, solvers) in [
+            ("shots", self.shots > 0, southwell, "southwell"),
+            ("ambient", self.ambient, southwell, "southwell"),
+            ("form_factors", self.form_factors != d.form_factors, !hierarchical, matrix),
+            ("samples", self.samples > 0, !hierarchical, matrix),
+            ("polish", self.polish > 0 && self.polish != d.polish, !southwell, "any other"),
+            ("error", self.error != d.error, hierarchical, "hierarchical"),
+        ] {
+            if is_set && !is_used {
+                return Err(format!(
+                    "this `solver` takes no notice of `{key}`: set `solver` to {solvers}"
+                ));
+            }
+        }
+        let gathers = self.display == Display::Gather;
+        if self.gather != d.gather && !gathers {
+            return Err("`gather` is for `display=gather`".into());
+        }
         Ok(())
     }
 }

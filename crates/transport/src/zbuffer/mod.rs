@@ -31,7 +31,7 @@ use crate::workers::Workers;
 use kaustika_film::accumulate::{PassImage, PixelRecord};
 use kaustika_math::Vec2;
 use kaustika_sampling::hash::combine;
-use kaustika_scene::{FlatView, Scene};
+use kaustika_scene::{FlatView, Scene, ShapeInfo};
 use kaustika_spectra::{ColorMode, Spectrum, Wavelengths};
 
 /// What the z-buffer is.
@@ -129,6 +129,15 @@ impl Method for ZBuffer {
 
     fn mode(&self) -> Option<ColorMode> {
         Some(ColorMode::Rgb)
+    }
+
+    fn strays(&self, scene: &Scene) -> Option<&'static str> {
+        let is_glass = |s: &ShapeInfo| !s.interface && scene.materials.looks(s.material).glass;
+        let strays = !self.params.clear && scene.shapes.iter().any(is_glass);
+        strays.then_some(
+            "leaves out this scene's glass and shows what is behind it: draw it opaque with \
+             `zbuffer(clear=true)`, or give the class to `path`",
+        )
     }
 
     fn prepare(

@@ -342,6 +342,26 @@ fn what_a_method_never_finds_in_a_scene_is_refused() {
     near("caustics of a point", &photons[0], &light[1], 0.03);
 }
 
+/// A z-buffer leaves glass out and shows what is behind it, which is none of its class.
+#[test]
+fn what_strays_from_its_class_is_refused() {
+    let (with_glass, plain) = (small_room().build(), mirror_room().build());
+    let config =
+        SamplerConfig { kind: SamplerKind::Independent, seed: 1, spp: 1, resolution: SIZE };
+    let workers = Workers::new(2, Arc::default()).expect("threads");
+    let prepared = |scene: &Scene, maker: &str| {
+        let mut frame = Frame::new(SIZE, FilterDesc::BOX, config);
+        let terms = format!("{maker}:L[D|S]E; path:L(D|S)(D|S)+E");
+        let method = made("hybrid", &json!({"terms": terms}));
+        frame.keep_layers(&method.layers());
+        Session::new(scene, &frame, method).prepare(&workers).map_err(|e| e.to_string())
+    };
+    let error = prepared(&with_glass, "zbuffer").expect_err("glass is left out");
+    assert!(error.contains("`zbuffer` leaves out this scene's glass"), "{error}");
+    prepared(&with_glass, "zbuffer(clear=true)").expect("glass is drawn");
+    prepared(&plain, "zbuffer").expect("no glass");
+}
+
 /// One thread or three, with breaks or without.
 #[test]
 fn threads_and_breaks_change_nothing() {

@@ -1,7 +1,7 @@
 //! Parameters of photon mapping.
 
 use crate::nearest::Layout;
-use crate::registry::Parameter;
+use crate::registry::{Parameter, count};
 use crate::roulette::{Roulette, Rule, Survival, window};
 use serde::{Deserialize, Deserializer, de::Error};
 
@@ -29,10 +29,10 @@ pub struct PhotonMapParams {
     #[serde(deserialize_with = "count")]
     pub caustic_photons: u32,
     /// Photons of an estimate from the global map, at least 2.
-    #[serde(deserialize_with = "at_least_two")]
+    #[serde(deserialize_with = "crate::registry::at_least_two")]
     pub nearest: usize,
     /// Those of one from the caustic map, at least 2.
-    #[serde(deserialize_with = "at_least_two")]
+    #[serde(deserialize_with = "crate::registry::at_least_two")]
     pub caustic_nearest: usize,
     /// Farthest photon of an estimate from the global map, as a share of the scene's radius.
     #[serde(deserialize_with = "crate::registry::positive")]
@@ -125,22 +125,6 @@ impl Default for PhotonMapParams {
             splitting: true,
             window: window::SIZE,
         }
-    }
-}
-
-/// A number of at least 1.
-fn count<'de, D: Deserializer<'de>>(d: D) -> Result<u32, D::Error> {
-    let n = i64::deserialize(d)?;
-    match u32::try_from(n) {
-        Ok(n) if n > 0 => Ok(n),
-        _ => Err(D::Error::custom(format!("{n} is not from 1 to {}", u32::MAX))),
-    }
-}
-
-fn at_least_two<'de, D: Deserializer<'de>>(d: D) -> Result<usize, D::Error> {
-    match count(d)? {
-        1 => Err(D::Error::custom("1 photon has no density: 2 or more are needed")),
-        n => Ok(n as usize),
     }
 }
 
