@@ -363,23 +363,9 @@ fn check_parameters(
         }
         let alone = Map::from_iter([(key.clone(), registry::scalar(value))]);
         if let (false, Err(e)) = (fit, (entry.make)(&alone)) {
-            let message = format!("parameter `{key}` of method `{method}`: {}", in_words(&e));
+            let message = format!("parameter `{key}` of method `{method}`: {e}");
             return Err(SetupError::Choice(message));
         }
     }
     Ok(())
-}
-
-/// serde's message about a value, with words for Rust's types.
-fn in_words(error: &str) -> String {
-    let Some((found, expected)) = error.rsplit_once(", expected ") else { return error.into() };
-    let expected = match expected {
-        "i8" | "i16" | "i32" | "i64" => "a whole number",
-        "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number from 0",
-        "f32" | "f64" => "a number",
-        "a boolean" => "true or false",
-        other => other,
-    };
-    let found = found.trim_start_matches("invalid type: ").trim_start_matches("invalid value: ");
-    format!("expected {expected}, found {found}")
 }

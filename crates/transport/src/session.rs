@@ -2,6 +2,7 @@
 
 use crate::frame::Frame;
 use crate::method::{CommitKind, Method, PassStats, RenderError};
+use crate::registry::with_layers;
 use crate::workers::Workers;
 use kaustika_film::accumulate::{PassTree, Total};
 use kaustika_scene::Scene;
@@ -27,8 +28,10 @@ pub struct Progress {
     pub fresh: u64,
     /// First pass after the budget, if it is known.
     pub end_pass: Option<u64>,
-    /// Time spent rendering in this run.
+    /// Time spent in this run.
     pub elapsed: Duration,
+    /// What of it went by before the first pass began.
+    pub preparation: Duration,
     /// Estimated relative error, if one was computed lately.
     pub error: Option<RelativeError>,
 }
@@ -105,10 +108,11 @@ impl<'a> Session<'a> {
                 return Err(RenderError::Failed(message));
             }
             if self.frame.paths.is_some() && !info.layers {
+                let others: Vec<&str> = with_layers().collect();
                 let message = format!(
-                    "method `{}` does not tell its paths apart: leave `--layer` out, or use \
-                     `path`, `light`, `bdpt` or `vcm`",
-                    info.name
+                    "method `{}` does not tell its paths apart: leave `--layer` out, or use one of {}",
+                    info.name,
+                    others.join(", ")
                 );
                 return Err(RenderError::Failed(message));
             }
@@ -139,6 +143,7 @@ impl<'a> Session<'a> {
             error: None,
         };
         self.prepare(workers)?;
+        let preparation = start.elapsed();
         let end = match (budget.end_pass, budget.time, budget.noise) {
             (Some(end), ..) => Some(end),
             (None, None, None) => Some(self.first_pass + 1),
@@ -192,6 +197,7 @@ impl<'a> Session<'a> {
                 fresh: outcome.fresh,
                 end_pass: end,
                 elapsed: outcome.elapsed,
+                preparation,
                 error: outcome.error,
             };
             observer.committed(&progress, &self.tree);

@@ -32,7 +32,11 @@ impl Reader<'_> {
             self.default_camera();
         }
         let groups = self.out.groups.iter().flat_map(|g| &g.shapes);
-        let emissions = self.out.shapes.iter().chain(groups).filter_map(|s| s.emission.as_ref());
+        let shapes = self.out.shapes.iter().chain(groups);
+        if !self.unlit.is_empty() && shapes.clone().all(|s| self.unlit.contains(&s.material)) {
+            return;
+        }
+        let emissions = shapes.filter_map(|s| s.emission.as_ref());
         // Textures of strength 1 are signs and dials, which light nothing.
         let textures = &self.out.textures;
         let textured = |e: &EmissionDesc| {

@@ -233,7 +233,10 @@ impl Maker<'_, '_, '_, '_> {
         };
         let id = if json.extension("KHR_materials_unlit").is_some() {
             let reflectance = self.reader.out.float(0.0);
-            self.reader.out.add_material(json.name(), MaterialModel::Diffuse { reflectance }, span)
+            let model = MaterialModel::Diffuse { reflectance };
+            let id = self.reader.out.add_material(json.name(), model, span);
+            self.reader.unlit.push(id);
+            id
         } else {
             let desc = match &old {
                 Some(old) => self.specular_glossiness(old, base_color)?,

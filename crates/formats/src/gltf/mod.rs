@@ -40,7 +40,7 @@ use buffers::Buffers;
 use images::Images;
 use json::{Fault, Json};
 use kaustika_scene::description::{
-    SceneDescription, Severity, SourceFile, SourceFormat, Span, TextureId,
+    MaterialId, SceneDescription, Severity, SourceFile, SourceFormat, Span, TextureId,
 };
 use materials::Materials;
 use meshes::Meshes;
@@ -111,7 +111,7 @@ fn parse_gltf(path: &Path, bytes: Vec<u8>) -> SceneDescription {
             return out;
         }
     };
-    let mut reader = Reader { text: &text, out, white: None };
+    let mut reader = Reader { text: &text, out, white: None, unlit: Vec::new() };
     if let Err(fault) = reader.scene(&Json::root(&root), path, chunk) {
         reader.report(fault);
     }
@@ -124,6 +124,8 @@ struct Reader<'a> {
     out: SceneDescription,
     /// The texture that is 1 everywhere.
     white: Option<TextureId>,
+    /// Materials that are shown as they are, whatever the light.
+    unlit: Vec<MaterialId>,
 }
 
 impl Reader<'_> {

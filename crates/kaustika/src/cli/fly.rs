@@ -2,10 +2,11 @@
 
 use super::args::FlyArgs;
 use super::failure::Failure;
-use super::{diagnostics, interrupt, picture, stdout};
+use super::{counted, diagnostics, interrupt, picture, stdout};
 use kaustika::film::Picture;
 use kaustika::formats::mesh::{MeshOptions, read_mesh};
 use kaustika::math::Vec2;
+use kaustika::scene::description::{GeometryDesc, MeshAttribute, TriMesh};
 use kaustika::transport::Workers;
 use kaustika::transport::zbuffer::{self, Flight, Painted, Rasterizer, ZBufferParams};
 use kaustika::{RenderOptions, Setup, SetupError, builtin, load};
@@ -54,7 +55,7 @@ pub fn run(args: &FlyArgs) -> Result<(), Failure> {
     }
     let seconds = fly(args, &setup, &workers)?;
     if let Some(folder) = &args.output {
-        eprintln!("wrote {} frames into {}", seconds.len(), folder.display());
+        eprintln!("wrote {} into {}", counted::frames(seconds.len()), folder.display());
     }
     stdout::write(&match args.json {
         true => format!("{}\n", to_json(&setup, &seconds, workers.threads())),
@@ -103,7 +104,11 @@ fn fly(args: &FlyArgs, setup: &Setup, workers: &Workers) -> Result<Vec<f64>, Fai
 
 /// A mesh with light baked in.
 fn painted(path: &Path) -> Result<Painted, Failure> {
-    let mesh = read_mesh(path, &MeshOptions::default()).map_err(Failure::input)?;
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    let mesh = match extension.as_deref() {
+        Some("glb" | "gltf") => mesh_of_scene(path)?,
+        _ => read_mesh(path, &MeshOptions::default()).map_err(Failure::input)?,
+    };
     Painted::new(&mesh).ok_or_else(|| {
         let path = path.display();
         let message = format!(
@@ -112,6 +117,31 @@ fn painted(path: &Path) -> Result<Painted, Failure> {
         );
         Failure::Input(message)
     })
+}
+
+/// The meshes of a scene file that have colours at their vertices, as one.
+fn mesh_of_scene(path: &Path) -> Result<TriMesh, Failure> {
+    let description = load(path, &[]);
+    if description.diagnostics.has_errors() {
+        diagnostics::show(&description.sources, &description.diagnostics, false);
+        return Err(Failure::Told);
+    }
+    let mut all = TriMesh::default();
+    let mut colors = Vec::new();
+    for shape in &description.shapes {
+        let GeometryDesc::Mesh(mesh) = &shape.geometry else { continue };
+        let own = mesh.attributes.iter().find(|a| a.name == "vertex_color" && a.channels == 3);
+        let Some(own) = own else { continue };
+        let first = all.positions.len() as u32;
+        all.positions.extend(mesh.positions.iter().map(|p| shape.transform.point(*p)));
+        all.indices.extend(mesh.indices.iter().map(|t| t.map(|v| first + v)));
+        colors.extend_from_slice(&own.values);
+    }
+    if !colors.is_empty() {
+        let (name, channels) = ("vertex_color".into(), 3);
+        all.attributes.push(MeshAttribute { name, channels, per_face: false, values: colors });
+    }
+    Ok(all)
 }
 
 fn write(
@@ -137,8 +167,8 @@ fn told(setup: &Setup, seconds: &[f64]) -> String {
     let [w, h] = setup.frame.size();
     let (median, slow) = (quantile(seconds, 0.5), quantile(seconds, 0.99));
     format!(
-        "{} frames of {w} x {h}: median {:.1} ms, 99 of 100 within {:.1} ms ({:.0} frames a second)\n",
-        seconds.len(),
+        "{} of {w} x {h}: median {:.1} ms, 99 of 100 within {:.1} ms ({:.0} frames a second)\n",
+        counted::frames(seconds.len()),
         1e3 * median,
         1e3 * slow,
         1.0 / median.max(1e-9),

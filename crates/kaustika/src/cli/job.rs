@@ -4,7 +4,7 @@ use super::args::RenderArgs;
 use super::failure::Failure;
 use super::progress::Watch;
 use super::viewer::Viewer;
-use super::{duration, picture};
+use super::{counted, duration, picture};
 use kaustika::checkpoint::{self, Checkpoint};
 use kaustika::denoiser;
 use kaustika::film::Picture;
@@ -115,7 +115,8 @@ impl<'a> Job<'a> {
         self.seconds_before = found.seconds;
         self.passes_before = found.tree.passes();
         session.tree = found.tree;
-        self.tell(&format!("going on after {} passes in {shown}", session.tree.passes()));
+        let passes = counted::passes(session.tree.passes());
+        self.tell(&format!("going on after {passes} in {shown}"));
         Ok(())
     }
 
@@ -249,7 +250,7 @@ impl<'a> Job<'a> {
             true => String::new(),
             false => format!(", {passes} in all"),
         };
-        self.tell(&format!("{how} {} passes in {time}{all}", self.fresh));
+        self.tell(&format!("{how} {} in {time}{all}", counted::passes(self.fresh)));
         if self.work.bad_samples > 0 {
             let n = self.work.bad_samples;
             self.tell(&format!("warning: {n} samples were not numbers and count as black"));

@@ -2,7 +2,7 @@
 
 use super::args::MergeArgs;
 use super::failure::Failure;
-use super::picture;
+use super::{counted, picture};
 use kaustika::checkpoint::{self, Checkpoint};
 use kaustika::output;
 use std::path::{Path, PathBuf};
@@ -29,7 +29,7 @@ pub fn run(args: &MergeArgs) -> Result<(), Failure> {
     if let Some(first) = args.output.first() {
         whole.write(&checkpoint::beside(first)).map_err(Failure::input)?;
     }
-    eprintln!("merged {passes} passes of {} parts", args.parts.len());
+    eprintln!("merged {} of {} parts", counted::passes(passes), args.parts.len());
     picture::tell(&args.output);
     Ok(())
 }

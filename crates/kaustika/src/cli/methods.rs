@@ -8,7 +8,7 @@ use kaustika::transport::method::{Bias, Schedule};
 use kaustika::transport::registry::{ALL, Entry, Parameter};
 use serde_json::{Value, json};
 
-/// Lists the methods, or one with its parameters.
+/// Lists the methods with the classes of their paths, or one with its parameters.
 ///
 /// # Errors
 /// If there is no method of the name given.
@@ -27,8 +27,14 @@ pub fn run(args: &MethodsArgs) -> Result<(), Failure> {
 }
 
 fn list() -> String {
-    let width = ALL.iter().map(|e| e.info.name.len()).max().unwrap_or(0);
-    ALL.iter().map(|e| format!("{:width$}  {}\n", e.info.name, e.info.summary)).collect()
+    let longest = |of: fn(&Entry) -> &str| ALL.iter().map(|e| of(e).len()).max().unwrap_or(0);
+    let name = longest(|e| e.info.name);
+    let paths = longest(|e| e.info.path_class);
+    let line = |e: &Entry| {
+        let i = e.info;
+        format!("{:name$}  {:paths$}  {}\n", i.name, i.path_class, i.summary)
+    };
+    ALL.iter().map(line).collect()
 }
 
 fn describe(entry: &Entry) -> String {

@@ -3,6 +3,7 @@
 mod args;
 mod bake;
 mod compare;
+mod counted;
 mod denoise;
 mod diagnostics;
 mod duration;

@@ -1,7 +1,7 @@
 //! How the render is going: a bar on a terminal, lines elsewhere.
 
-use super::duration;
 use super::viewer::Viewer;
+use super::{counted, duration};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use kaustika::film::accumulate::PassTree;
 use kaustika::transport::{Observer, Progress};
@@ -20,6 +20,8 @@ pub struct Watch {
     time_budget: Option<Duration>,
     /// Time and passes of this program's earlier calls of the session.
     pub before: (Duration, u64),
+    /// Time before its first pass began.
+    preparation: Duration,
     /// Passes that this program is to render in all, if known.
     to_render: Option<u64>,
 }
@@ -44,7 +46,15 @@ impl Watch {
             (_, false) => Teller::Lines { last: Instant::now() },
             (_, true) => Teller::Bar(bar(to_render)),
         };
-        Watch { teller, viewer, pixels, time_budget, before: (Duration::ZERO, 0), to_render }
+        Watch {
+            teller,
+            viewer,
+            pixels,
+            time_budget,
+            before: (Duration::ZERO, 0),
+            preparation: Duration::ZERO,
+            to_render,
+        }
     }
 
     /// Takes the bar away and gives the viewer back.
@@ -57,7 +67,8 @@ impl Watch {
 
     /// Rate, times and error in one line.
     fn describe(&self, p: &Progress, elapsed: Duration, fresh: u64) -> String {
-        let seconds = elapsed.as_secs_f64().max(1e-9);
+        // Getting ready is not done again for the passes that are left.
+        let seconds = elapsed.saturating_sub(self.preparation).as_secs_f64().max(1e-9);
         let rate = samples_per_second((fresh * self.pixels) as f64 / seconds);
         let mut text = format!("{rate}, {}", duration::show(elapsed));
         let by_passes = self.to_render.map(|all| {
@@ -78,14 +89,19 @@ impl Watch {
 impl Observer for Watch {
     fn committed(&mut self, p: &Progress, tree: &PassTree) {
         let (elapsed, fresh) = (self.before.0 + p.elapsed, self.before.1 + p.fresh);
+        // Later stretches find the method ready.
+        self.preparation = self.preparation.max(p.preparation);
         let text = self.describe(p, elapsed, fresh);
         match &mut self.teller {
             Teller::Silent => {}
             Teller::Lines { last } if last.elapsed() >= LINE_INTERVAL => {
-                let of = self.to_render.map_or(String::new(), |all| format!(" of {all}"));
+                let done = match self.to_render {
+                    Some(all) => format!("{fresh} of {}", counted::passes(all)),
+                    None => counted::passes(fresh),
+                };
                 let mut out = stderr().lock();
                 // A closed stderr is no reason to stop rendering.
-                let _ = writeln!(out, "{fresh}{of} passes, {text}").and_then(|()| out.flush());
+                let _ = writeln!(out, "{done}, {text}").and_then(|()| out.flush());
                 *last = Instant::now();
             }
             Teller::Lines { .. } => {}
@@ -142,4 +158,25 @@ fn bar(to_render: Option<u64>) -> ProgressBar {
     bar.set_message("starting");
     bar.enable_steady_tick(Duration::from_millis(200));
     bar
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn getting_ready_is_not_in_the_time_that_is_left() {
+        let mut watch = Watch::new(true, None, 1000, Some(4), None);
+        watch.preparation = Duration::from_secs(60);
+        let p = Progress {
+            passes: 1,
+            fresh: 1,
+            end_pass: Some(4),
+            elapsed: Duration::from_secs(61),
+            preparation: watch.preparation,
+            error: None,
+        };
+        let text = watch.describe(&p, p.elapsed, 1);
+        assert_eq!(text, "1.0 ksamples/s, 1 min 01 s, 3.0 s left");
+    }
 }

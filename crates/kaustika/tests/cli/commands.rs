@@ -271,7 +271,7 @@ fn methods_tell_their_parameters() {
     let keys: Vec<&str> =
         path["parameters"].as_array().unwrap().iter().filter_map(|k| k["key"].as_str()).collect();
     assert!(keys.contains(&"max_depth") && keys.contains(&"mis"), "{keys:?}");
-    assert!(p.ok("methods").contains("path"));
+    assert!(p.ok("methods").contains("whitted      L[D|S]S_M*E"));
     assert!(p.ok("methods path").contains("max_depth="));
     // Every method says which paths it finds, in letters that layers by path understand.
     for method in all.as_array().unwrap() {
@@ -419,6 +419,10 @@ fn a_flight_is_drawn_and_timed() {
     let baked = p.picture("baked/0000.png");
     assert!(baked.rgb().unwrap().pixels().flatten().any(|c| c > 0.0));
     assert!(differing_values(&baked, &frames[0]) > 100);
+    p.ok("render ball.pbrt -q -m radiosity -p patches=500 --spp 1 -o a.exr --bake a.glb");
+    std::fs::create_dir(p.path("glb")).unwrap();
+    p.ok(&format!("{fly} --baked a.glb -o glb"));
+    assert_eq!(differing_values(&p.picture("glb/0000.png"), &baked), 0);
 
     p.write("bare.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
     assert!(p.fails(1, &format!("{fly} --baked bare.ply")).contains("no colours at its vertices"));

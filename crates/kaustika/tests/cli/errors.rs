@@ -17,6 +17,20 @@ fn wrong_usage_ends_with_2() {
         ("render ball.pbrt -q --spp 4 --passes 0..5 -o a.exr", "plans only 4"),
         ("render ball.pbrt -q -m hybrid -p terms=path:L[D]S*E -o a.exr", "no term makes `LDDE`"),
         ("render ball.pbrt -q -m hybrid -p terms=path -o a.exr", "nor a preset; known: chen"),
+        ("render ball.pbrt -q -m hybrid -p terms=path(max_deth=3):LE", "did you mean `max_depth`?"),
+        (
+            "render ball.pbrt -q -m hybrid -p terms=path(max_depth=a):LE",
+            "expected a whole number, found string \"a\"",
+        ),
+        ("render ball.pbrt -q -m hybrid -p terms=dots:LE", "radiosity@N, cache@N"),
+        ("render ball.pbrt -q -m chen -p nearest=1 -o a.exr", "2 or more are needed"),
+        ("render ball.pbrt -q -m radiosity -p shots=3 -o a.exr", "set `solver` to southwell"),
+        ("render ball.pbrt -q -m radiosity -p ambient=true -o a.exr", "set `solver` to southwell"),
+        (
+            "render ball.pbrt -q -m radiosity -p form_factors=area -o a.exr",
+            "takes no notice of `form_factors`",
+        ),
+        ("render ball.pbrt -q -m radiosity -p gather=9 -o a.exr", "`display=gather`"),
         ("render ball.pbrt -q --layer words:9 -o a.exr", "from 0 to 3"),
         ("methods magic", "known: path"),
     ] {
@@ -45,6 +59,8 @@ fn bad_input_ends_with_1() {
         let text = p.fails(1, args);
         assert!(!text.trim().is_empty(), "{args} says nothing");
     }
+    let text = p.fails(1, "render ball.pbrt -q -m whitted --layer a=LDE -o a.exr");
+    assert!(text.contains("use one of path, light, bdpt, vcm, sppm, vpl, pssmlt"), "{text}");
     assert!(!p.has("a.exr"));
 }
 

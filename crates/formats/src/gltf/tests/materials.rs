@@ -140,6 +140,7 @@ fn emission_is_factor_times_strength() {
     let e = d.shapes[0].emission.as_ref().unwrap();
     assert_eq!((rgb(&d, e.radiance), e.two_sided), ([0.2, 0.4, 0.6], true));
     assert!(matches!(model(&d, d.shapes[0].material), MaterialModel::Diffuse { .. }));
+    assert!(d.lights.is_empty(), "nothing there waits for light");
 }
 
 #[test]
