@@ -155,32 +155,34 @@ pub fn run<K: Clone + Send + Sync, S: Send, T: Send>(
     chains: &[K],
     room: impl Fn() -> S + Sync + Send,
     advance: impl Fn(&mut S, usize, &mut K, &mut Vec<Splat>) -> T + Sync + Send,
-    mut keep: impl FnMut(usize, &[Splat]),
+    mut keep: impl FnMut(usize, &[Splat]) + Send,
 ) -> Result<(Vec<K>, Vec<T>), RenderError> {
-    let mut moved = Vec::with_capacity(chains.len());
-    let mut counts = Vec::with_capacity(chains.len());
-    for (w, window) in chains.chunks(WINDOW).enumerate() {
-        let one = |room: &mut S, (i, chain): (usize, &K)| {
-            if workers.cancelled() {
-                return None;
+    // All of it inside the pool: handing each window over would cost more than the window where the machine is busy.
+    workers.install(|| {
+        let mut moved = Vec::with_capacity(chains.len());
+        let mut counts = Vec::with_capacity(chains.len());
+        for (w, window) in chains.chunks(WINDOW).enumerate() {
+            let one = |room: &mut S, (i, chain): (usize, &K)| {
+                if workers.cancelled() {
+                    return None;
+                }
+                let mut chain = chain.clone();
+                let mut splats = Vec::new();
+                let count = advance(room, w * WINDOW + i, &mut chain, &mut splats);
+                Some((chain, count, splats))
+            };
+            let done: Vec<Option<(K, T, Vec<Splat>)>> =
+                window.par_iter().enumerate().with_max_len(1).map_init(&room, one).collect();
+            for (chain, count, splats) in
+                done.into_iter().collect::<Option<Vec<_>>>().ok_or(RenderError::Cancelled)?
+            {
+                keep(moved.len(), &splats);
+                moved.push(chain);
+                counts.push(count);
             }
-            let mut chain = chain.clone();
-            let mut splats = Vec::new();
-            let count = advance(room, w * WINDOW + i, &mut chain, &mut splats);
-            Some((chain, count, splats))
-        };
-        let done: Vec<Option<(K, T, Vec<Splat>)>> = workers.install(|| {
-            window.par_iter().enumerate().with_max_len(1).map_init(&room, one).collect()
-        });
-        for (chain, count, splats) in
-            done.into_iter().collect::<Option<Vec<_>>>().ok_or(RenderError::Cancelled)?
-        {
-            keep(moved.len(), &splats);
-            moved.push(chain);
-            counts.push(count);
         }
-    }
-    Ok((moved, counts))
+        Ok((moved, counts))
+    })
 }
 
 /// The stream of a chain's decisions; other streams have other purposes.
