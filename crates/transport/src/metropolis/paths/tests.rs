@@ -35,7 +35,7 @@ use std::sync::Arc;
 const SIZE: [u32; 2] = [48, 32];
 
 /// Names of the φ of [`features`].
-const FEATURES: [&str; 10] = [
+const FEATURES: [&str; 11] = [
     "film x",
     "film y",
     "bounces",
@@ -43,18 +43,22 @@ const FEATURES: [&str; 10] = [
     "length",
     "g to the light",
     "g to the eye",
+    "g between lobes",
     "light",
     "x of x1",
     "z of x1",
 ];
 
 /// What is looked at.
-fn features(x: &Path) -> [f64; 10] {
+fn features(x: &Path) -> [f64; 11] {
     let places: Vec<_> = x.turns.iter().map(|t| t.node.p()).collect();
     let pairs = || places.windows(2);
     let length: f32 = pairs().map(|p| (p[1] - p[0]).length()).sum();
     let forth: f64 = (1..x.len()).map(|i| x.turns[i].node.g(places[i - 1]).ln()).sum();
     let back: f64 = (1..x.len()).map(|i| x.turns[i - 1].node.g(places[i]).ln()).sum();
+    let lobes =
+        (1..x.len()).filter(|&i| x.turns[i].dirac.is_some() && x.turns[i - 1].dirac.is_some());
+    let between: f64 = lobes.map(|i| x.turns[i].node.g(places[i - 1]).ln()).sum();
     [
         f64::from(x.sensed.film.x),
         f64::from(x.sensed.film.y),
@@ -63,6 +67,7 @@ fn features(x: &Path) -> [f64; 10] {
         f64::from(length),
         forth.clamp(-20.0, 20.0),
         back.clamp(-20.0, 20.0),
+        between.clamp(-20.0, 20.0),
         x.source.le.0.iter().map(|v| f64::from(*v)).sum(),
         f64::from(places[0].x),
         f64::from(places[0].z),
@@ -254,6 +259,76 @@ fn no_mutation_draws_light_where_it_does_not_belong() {
         for kind in Mutation::ALL {
             stays(what, &scene, lengths, kind, 0.001);
         }
+    }
+}
+
+/// A ball of glass close under a wide lamp, over a floor: chords and distances to the lamp vary by much.
+fn ball_under_lamp() -> Scene {
+    let mut stage = Stage::new();
+    let (white, glass) = (stage.diffuse(0.7), stage.glass(1.5, 0.0));
+    wall(&mut stage, scale(2.0, 2.0, 1.0), white);
+    stage.shape(sphere(0.4), at(0.0, 0.0, 0.7), glass);
+    stage.lamp(GeometryDesc::Rectangle, at(0.2, 0.0, 1.2) * down() * scale(0.5, 0.5, 1.0), 4.0);
+    stage.camera(pinhole(70.0), look(v(0.0, -2.2, 0.5), v(0.0, 0.0, 0.1)), SIZE);
+    stage.build()
+}
+
+/// The same floor through a ball close to a wide lens.
+fn ball_at_the_lens() -> Scene {
+    let mut stage = Stage::new();
+    let (white, glass) = (stage.diffuse(0.7), stage.glass(1.5, 0.0));
+    wall(&mut stage, scale(3.0, 3.0, 1.0), white);
+    stage.shape(sphere(0.5), at(0.0, 0.0, 1.2), glass);
+    stage.lamp(GeometryDesc::Rectangle, at(1.0, 1.0, 3.0) * down() * scale(0.5, 0.5, 1.0), 8.0);
+    stage.camera(thin_lens(90.0, 0.25, 1.0), look(v(0.1, -0.2, 2.1), v(0.0, 0.0, 0.0)), SIZE);
+    stage.build()
+}
+
+/// A corner of two mirrors over a floor: near its edge light goes from one to the other in no time.
+fn corner() -> Scene {
+    let mut stage = Stage::new();
+    let (white, mirror) = (stage.diffuse(0.7), stage.metal(0.0));
+    wall(&mut stage, scale(4.0, 4.0, 1.0), white);
+    wall(&mut stage, rotate(90.0, v(0.0, 1.0, 0.0)) * scale(3.0, 3.0, 1.0), mirror);
+    wall(&mut stage, rotate(90.0, v(1.0, 0.0, 0.0)) * scale(3.0, 3.0, 1.0), mirror);
+    let down = at(0.5, 0.3, 1.0) * down() * scale(0.2, 0.2, 1.0);
+    stage.lamp(GeometryDesc::Rectangle, down, 4.0);
+    stage.camera(pinhole(70.0), look(v(1.8, 1.5, 1.2), v(0.4, 0.4, 0.0)), SIZE);
+    stage.build()
+}
+
+/// Waves over a floor: from one place of it the lamp is seen by several ways.
+fn waves() -> Scene {
+    const N: u32 = 40;
+    let mut stage = Stage::new();
+    let (white, glass) = (stage.diffuse(0.7), stage.glass(1.33, 0.0));
+    wall(&mut stage, scale(2.0, 2.0, 1.0), white);
+    let mut mesh = TriMesh::default();
+    for k in 0..(N + 1) * (N + 1) {
+        let [x, y] = [k % (N + 1), k / (N + 1)].map(|i| 4.0 * i as f32 / N as f32 - 2.0);
+        let (a, b) = (5.0 * x, 4.0 * y);
+        mesh.positions.push(v(x, y, 0.8 + 0.05 * a.sin() * b.cos()));
+        mesh.normals.push(v(-0.25 * a.cos() * b.cos(), 0.2 * a.sin() * b.sin(), 1.0).normalize());
+    }
+    for k in (0..N * (N + 1)).filter(|k| k % (N + 1) < N) {
+        mesh.indices.extend([[k, k + 1, k + N + 2], [k, k + N + 2, k + N + 1]]);
+    }
+    stage.shape(GeometryDesc::Mesh(Arc::new(mesh)), HERE, glass);
+    stage.lamp(GeometryDesc::Rectangle, at(0.2, 0.1, 1.7) * down() * scale(0.2, 0.2, 1.0), 8.0);
+    stage.camera(pinhole(70.0), look(v(0.1, -1.6, 0.5), v(0.0, 0.0, 0.0)), SIZE);
+    stage.build()
+}
+
+#[test]
+fn manifolds_keep_light_where_distances_vary() {
+    for (what, scene, fewest) in [
+        ("lamp", ball_under_lamp(), 3),
+        ("lens", ball_at_the_lens(), 3),
+        ("corner", corner(), 3),
+        ("waves", waves(), 2),
+    ] {
+        // Bounces at what is clear or mirrors, and one or two at the floor.
+        stays(what, &scene, Lengths { fewest, most: fewest + 1 }, Mutation::Manifold, 0.001);
     }
 }
 

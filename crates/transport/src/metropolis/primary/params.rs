@@ -226,7 +226,7 @@ pub fn common() -> Vec<Parameter> {
         p(
             "renew",
             d.renew.to_string(),
-            "steps for each of those after which chains start afresh from as many others, a quarter of that as long as they are too few; 0: never",
+            "steps for each of those after which chains start afresh from as many others; as long as they are too few, 1 and as many rays; 0: never",
         ),
         p(
             "startup",
