@@ -9,7 +9,7 @@ Every method renders with seeds 1, 2, .... Over tiles of 16 x 16 pixels and seed
     chi2 = Σ ((x - mean over seeds) / reported)² / ((seeds - 1) tiles)
 
 `reported` is the layer TileError; of `erpt`, whose passes are independent, it comes from sixteen shares of them, and the warning from
-renders of them all with the first two seeds. About 31/29 is right for errors from 32 groups (15/13 from 16), and 0.7 to 1.4 is accepted. others: the same without the tile
+renders of them all with the first two seeds. About 63/61 is right for errors from 64 groups (15/13 from 16), and 0.7 to 1.4 is accepted. others: the same without the tile
 that has the largest: where one pixel has light that a render finds or misses, that tile tells of nothing else. bias: the
 same of the mean over seeds against the reference, whose own error comes from its layer StdError (independent pixels), a degree of
 freedom, with the number of tiles and the p-value. seconds: of processor time, a render. warned: how many renders warned that chains keep

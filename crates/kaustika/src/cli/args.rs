@@ -289,8 +289,8 @@ pub struct FlyArgs {
     #[arg(short, long, value_name = "FOLDER")]
     pub output: Option<PathBuf>,
     /// Show this mesh with its own colours in place of the scene's surfaces and lights: light that
-    /// `render -m radiosity --bake FILE.ply` found
-    #[arg(long, value_name = "FILE.ply")]
+    /// `render -m radiosity --bake FILE.ply|.glb` found
+    #[arg(long, value_name = "FILE.ply|.glb")]
     pub baked: Option<PathBuf>,
     /// Frames of the flight
     #[arg(long, value_name = "N", default_value_t = 120, value_parser = count, allow_hyphen_values = true)]
