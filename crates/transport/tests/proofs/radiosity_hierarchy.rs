@@ -29,7 +29,9 @@ fn params(p: Value) -> RadiosityParams {
     serde_json::from_value(p).expect("parameters")
 }
 
-/// Links are of patches as large as were asked for, not of triangles: eight times the triangles have about as many.
+/// Links are of patches as large as were asked for, not of triangles: of 2,320 leaves there are 270,979, of 6,928
+/// 366,517, 53 of each. Were small clusters divided too, there would be 64, and 56 if what is hidden were divided for
+/// being near.
 #[test]
 fn links_do_not_grow_as_small_triangles() {
     let found = [4, 8].map(|n| {
@@ -41,7 +43,7 @@ fn links_do_not_grow_as_small_triangles() {
     });
     assert!(2 * found[1].0 > 5 * found[0].0, "{found:?}");
     assert!(found[1].1 < 2 * found[0].1, "{found:?}");
-    assert!(found[1].1 < 60 * found[1].0, "{found:?}");
+    assert!(2 * found[1].1 < 109 * found[1].0, "{found:?}");
 }
 
 /// What clusters exchange is what the matrix finds, over all surfaces by area.
