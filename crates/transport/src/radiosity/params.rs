@@ -8,8 +8,10 @@ use serde::Deserialize;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Solver {
-    /// Links at many levels, refined where light asks for it.
+    /// Hierarchical, but Jacobi's where most triangles are patches as they are ([`Solver::chosen`]).
     #[default]
+    Auto,
+    /// Links at many levels, refined where light asks for it.
     Hierarchical,
     /// The brightest patch shoots.
     Southwell,
@@ -19,6 +21,19 @@ pub enum Solver {
     Jacobi,
     /// One patch after the other gathers.
     GaussSeidel,
+}
+
+impl Solver {
+    /// Which one it is, with so many triangles that are not black. A hierarchy pays where triangles are divided
+    /// many times: its links stand for many pairs of patches each. Of triangles that are smaller than patches
+    /// need be, it must link nearly each anyway, and rays from each are both cheaper and right.
+    fn chosen(self, triangles: usize, patches: usize) -> Solver {
+        match self {
+            Solver::Auto if triangles > patches => Solver::Jacobi,
+            Solver::Auto => Solver::Hierarchical,
+            solver => solver,
+        }
+    }
 }
 
 /// How the solution is shown.
@@ -92,7 +107,7 @@ pub struct RadiosityParams {
 impl Default for RadiosityParams {
     fn default() -> Self {
         RadiosityParams {
-            solver: Solver::Hierarchical,
+            solver: Solver::Auto,
             patches: 20_000,
             adapt: false,
             form_factors: FormFactorKind::Rays,
@@ -121,13 +136,21 @@ impl RadiosityParams {
         }
     }
 
+    /// With the solver that it is, of a scene with so many triangles that are not black.
+    #[must_use]
+    pub fn of_scene(&self, triangles: usize) -> RadiosityParams {
+        let solver = self.solver.chosen(triangles, self.patches as usize);
+        RadiosityParams { solver, ..self.clone() }
+    }
+
     /// What does not go together.
     ///
     /// # Errors
     /// Says what, and what to do.
     pub fn check(&self) -> Result<(), String> {
         let by_rays = self.form_factors == FormFactorKind::Rays;
-        if self.extended && (self.solver == Solver::Hierarchical || !by_rays) {
+        let may_be_hierarchical = matches!(self.solver, Solver::Auto | Solver::Hierarchical);
+        if self.extended && (may_be_hierarchical || !by_rays) {
             let message = "extended form factors are found by rays, row by row: set `solver` to \
                            southwell, direct, jacobi or gauss-seidel, and `form_factors` to rays";
             return Err(message.into());
@@ -150,15 +173,16 @@ impl RadiosityParams {
     fn check_unused(&self) -> Result<(), String> {
         let matrix = "southwell, direct, jacobi or gauss-seidel";
         let d = RadiosityParams::default();
-        let (hierarchical, southwell) =
-            (self.solver == Solver::Hierarchical, self.solver == Solver::Southwell);
+        let is = |solver: Solver| self.solver == solver;
+        let (auto, hierarchical, southwell) =
+            (is(Solver::Auto), is(Solver::Hierarchical), is(Solver::Southwell));
         for (key, is_set, is_used, solvers) in [
             ("shots", self.shots > 0, southwell, "southwell"),
             ("ambient", self.ambient, southwell, "southwell"),
-            ("form_factors", self.form_factors != d.form_factors, !hierarchical, matrix),
+            ("form_factors", self.form_factors != d.form_factors, !hierarchical && !auto, matrix),
             ("samples", self.samples > 0, !hierarchical, matrix),
             ("polish", self.polish > 0 && self.polish != d.polish, !southwell, "any other"),
-            ("error", self.error != d.error, hierarchical, "hierarchical"),
+            ("error", self.error != d.error, hierarchical || auto, "hierarchical"),
         ] {
             if is_set && !is_used {
                 return Err(format!(
@@ -184,8 +208,9 @@ pub fn parameters() -> Vec<Parameter> {
     vec![
         p(
             "solver",
-            "hierarchical".into(),
-            "hierarchical, southwell (progressive shooting), direct, jacobi, gauss-seidel",
+            "auto".into(),
+            "auto (hierarchical; jacobi where there are more triangles than `patches`), hierarchical, southwell \
+             (progressive shooting), direct, jacobi, gauss-seidel",
         ),
         p(
             "patches",

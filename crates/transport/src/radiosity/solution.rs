@@ -75,6 +75,8 @@ impl Solution {
             return Err(RenderError::Failed(message.into()));
         }
         let sources = Sources::new(scene, params.direct == DirectLight::Rays);
+        let lit = mesh.elements.iter().filter(|e| !e.is_black()).count();
+        let params = &params.of_scene(lit);
         workers.install(|| match params.solver {
             Solver::Hierarchical => Self::hierarchical(scene, mesh, sources, params, workers),
             _ => Self::flat(scene, mesh, sources, params, workers),

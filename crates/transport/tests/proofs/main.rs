@@ -39,6 +39,7 @@ mod photons;
 mod placing;
 mod polarized;
 mod radiosity;
+mod radiosity_hierarchy;
 mod radiosity_mesh;
 mod radiosity_pictures;
 mod ray_trees;

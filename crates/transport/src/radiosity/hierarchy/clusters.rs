@@ -1,8 +1,10 @@
 //! Clusters (Smits, Arvo & Greenberg 1994; Sillion 1995): roots that lie together, so that scenes of
 //! many surfaces need not link each with each.
 
+use super::harmonics::Lobes9;
 use crate::radiosity::mesh::Mesh;
 use kaustika_math::{Bounds3, Vec3};
+use kaustika_spectra::Spectrum;
 
 /// An element or a cluster.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,6 +58,25 @@ pub fn build(mesh: &Mesh) -> (Vec<Cluster>, Option<Node>) {
     let mut clusters = Vec::new();
     let root = (!roots.is_empty()).then(|| part(mesh, &mut roots, &mut clusters).0);
     (clusters, root)
+}
+
+/// Of each cluster the area that faces a direction w, Σ A max(n·w, 0) over its elements.
+pub fn faces(clusters: &[Cluster], mesh: &Mesh) -> Vec<Lobes9> {
+    let mut faces: Vec<Lobes9> = Vec::with_capacity(clusters.len());
+    for cluster in clusters {
+        let mut all = Lobes9::default();
+        for child in cluster.children {
+            match child {
+                Node::Cluster(d) => all.add(&faces[d as usize]),
+                Node::Element(e) => {
+                    let element = &mesh.elements[e as usize];
+                    all.add_lobe(element.normal, Spectrum::splat(element.area));
+                }
+            }
+        }
+        faces.push(all);
+    }
+    faces
 }
 
 /// A tree over some roots, what is around it, and its area.

@@ -15,9 +15,11 @@
 mod clusters;
 mod harmonics;
 mod refine;
+mod visible;
 
 use self::clusters::{Cluster, Node, Short};
 use self::harmonics::Lobes9;
+use self::refine::Bounds;
 use super::mesh::{Mesh, NONE};
 use super::solve::{Rest, sum};
 use super::sources::Sources;
@@ -42,6 +44,9 @@ const ROUNDS: i32 = 4;
 /// Iterations of gathering a round at most.
 const ITERATIONS: u32 = 100;
 
+/// Elements or links that are worked on between two looks at whether to go on.
+const BETWEEN: usize = 1 << 14;
+
 /// A way by which light goes from `q` to `p`.
 #[derive(Clone, Copy, Debug)]
 struct Link {
@@ -51,6 +56,8 @@ struct Link {
     f: f32,
     /// What F may be at most, were nothing hidden.
     most: f32,
+    /// V.
+    v: f32,
     /// δ: what is hidden of one place, and not of another; of p alone, and of both.
     hidden: [f32; 2],
 }
@@ -72,6 +79,8 @@ pub struct Hierarchy<'m, 'a> {
     /// Of the clusters: intensity, and irradiance gathered at them and above.
     sent: Vec<Lobes9>,
     got: Vec<Lobes9>,
+    /// Of the clusters: the area that faces a direction.
+    faces: Vec<Lobes9>,
 }
 
 /// What a hierarchy came to.
@@ -81,7 +90,7 @@ pub struct Solved {
     pub irradiance: Vec<Spectrum>,
     /// What they reflect by it and by lights, W/m²: radiosity without what they emit.
     pub reflected: Vec<Spectrum>,
-    /// How many links there are.
+    /// How many links carry light.
     pub links: usize,
 }
 
@@ -89,7 +98,8 @@ impl<'m, 'a> Hierarchy<'m, 'a> {
     /// Over a mesh, whose leaves may be divided further.
     pub fn new(scene: &'a Scene, mesh: &'m mut Mesh, sources: Sources<'a>) -> Hierarchy<'m, 'a> {
         let (clusters, root) = clusters::build(mesh);
-        let mut hierarchy = Hierarchy {
+        let faces = clusters::faces(&clusters, mesh);
+        Hierarchy {
             scene,
             mesh,
             root,
@@ -101,21 +111,22 @@ impl<'m, 'a> Hierarchy<'m, 'a> {
             spread: Vec::new(),
             sent: vec![Lobes9::default(); clusters.len()],
             got: vec![Lobes9::default(); clusters.len()],
+            faces,
             clusters,
-        };
-        hierarchy.add_sources();
-        hierarchy.push_pull();
-        hierarchy
+        }
     }
 
     /// Refines and iterates; `None` if cancelled.
     pub fn solve(&mut self, refinement: &Refinement, workers: &Workers) -> Option<Solved> {
+        self.add_sources(workers)?;
+        self.push_pull();
         let power: f32 = (0..self.mesh.roots as usize)
             .map(|e| self.radiosity[e].average() * self.mesh.elements[e].area)
             .sum();
         for round in 0..ROUNDS {
             let coarser = 4f32.powi(ROUNDS - 1 - round);
-            self.refine(refinement.error * coarser * power, refinement.area, workers)?;
+            let (last, area) = (refinement.error * power, refinement.area);
+            self.refine(&Bounds { error: last * coarser, last, area }, workers)?;
             let mut rest = Rest::default();
             for i in 0..ITERATIONS {
                 workers.tell(|| {
@@ -123,11 +134,8 @@ impl<'m, 'a> Hierarchy<'m, 'a> {
                     let round = round + 1;
                     format!("round {round} of {ROUNDS}: {elements} elements, {links} links, iteration {i}")
                 });
-                if workers.cancelled() {
-                    return None;
-                }
                 let before = self.radiosity.clone();
-                self.gather();
+                self.gather(workers)?;
                 self.push_pull();
                 let (mut change, mut all) = (0.0, 0.0);
                 for (e, element) in
@@ -153,22 +161,30 @@ impl<'m, 'a> Hierarchy<'m, 'a> {
         Some(Solved { irradiance, reflected, links: self.links.len() })
     }
 
-    /// S of elements that are new.
-    fn add_sources(&mut self) {
+    /// S of elements that are new; `None` if cancelled.
+    fn add_sources(&mut self, workers: &Workers) -> Option<()> {
         let first = self.source.len() as u32;
         let new: Vec<u32> = (first..self.mesh.elements.len() as u32).collect();
-        let sources = self.sources.of(self.mesh, &new);
-        self.source.extend(&sources);
-        self.radiosity.extend(&sources);
+        for some in new.chunks(BETWEEN) {
+            if workers.cancelled() {
+                return None;
+            }
+            self.source.extend(self.sources.of(self.mesh, some));
+        }
+        self.radiosity.extend(&self.source[first as usize..]);
         self.irradiance.resize(self.source.len(), Spectrum::ZERO);
         self.spread.resize(self.source.len(), 0.0);
+        Some(())
     }
 
-    /// (1).
-    fn gather(&mut self) {
+    /// (1); `None` if cancelled.
+    fn gather(&mut self, workers: &Workers) -> Option<()> {
         self.irradiance.fill(Spectrum::ZERO);
         self.got.fill(Lobes9::default());
-        for link in &self.links {
+        for (i, link) in self.links.iter().enumerate() {
+            if i.is_multiple_of(BETWEEN) && workers.cancelled() {
+                return None;
+            }
             let k = link.f;
             if k == 0.0 {
                 continue;
@@ -194,6 +210,7 @@ impl<'m, 'a> Hierarchy<'m, 'a> {
                 }
             }
         }
+        Some(())
     }
 
     /// (2) to (4).

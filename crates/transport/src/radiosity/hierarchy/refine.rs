@@ -2,9 +2,8 @@
 //!
 //! ```text
 //! κ_p = r_p/d,  κ_q = r_q/d,   d from the one's middle to the other, at most 1        (5)
-//! δ = 4V(1 - V), at least 1/2(n+1) after n rays                                      (6)
-//! divide p if A_p F max(κ_p, δ_p) B > ε                                              (7)
-//! divide q if A_0 F max(κ_q σ, δ B) > ε,   σ ≤ B how uneven it is                     (8)
+//! divide p if A_p F max(κ_p V, δ_p) B > ε                                            (7)
+//! divide q if A_0 F max(κ_q V σ, δ B) > ε,   σ ≤ B how uneven it is                   (8)
 //! ```
 //!
 //! What p's division mends is the mesh: light that changes over p. That is judged by power, so that what is
@@ -14,10 +13,17 @@
 //! Hanrahan's F_ε, it opens q as wide, seen from p, at every level, and links are as many as elements. With
 //! power they would be more of each, the deeper elements go.
 //!
-//! Where both are to be divided, the larger is. (6) goes on where something is partly in the way. δ_p is δ if p is
+//! Where both are to be divided, the larger is. δ, what is in doubt of V ([`visible`](super::visible)), goes on where something
+//! is partly in the way. δ_p is δ if p is
 //! the larger; if q is, what is hidden of q from all of p alike is not p's, and δ_p is how V changes over p (9). More rays ask
-//! where few could not tell: those that all agree, of a link that is otherwise good enough. Or
-//! every link above some power would be refined for the rays' sake, at every level, whatever its κ.
+//! where few could not tell: those that all agree, of a link that is otherwise good enough. Or every link above some
+//! power would be refined for the rays' sake, at every level, whatever its κ. What is not seen at all is not uneven
+//! either: κ counts by V, or all that real scenes hide would be refined as if it were seen.
+//!
+//! A_p of a cluster is the area that faces q. No node is divided that is smaller than A_0, cluster or element: what lies within
+//! is as small as patches may be, and none of it has more light to get than one. Else all that touches would be
+//! linked triangle by triangle, each with as many links as the largest patch. Only with itself is a cluster divided
+//! whatever its light, since that link carries none.
 //!
 //! F between elements is Lambert's formula from
 //! points of p; between an element and a cluster, or two, light goes from middle to middle. A link
@@ -25,45 +31,47 @@
 
 use super::{Hierarchy, Link, Node};
 use crate::radiosity::form_factor::polygon::point_to_triangle;
-use crate::radiosity::mesh::{Element, NONE, Point};
-use crate::radiosity::points::{r2, rotated};
+use crate::radiosity::mesh::{Element, NONE};
 use crate::workers::Workers;
-use kaustika_math::{Vec2, Vec3, mix_bits};
-use kaustika_sampling::hash::{combine, halves, unit};
-use kaustika_scene::RayBatch;
+use kaustika_math::Vec3;
 use rayon::prelude::*;
 use std::f32::consts::{FRAC_1_SQRT_2, PI};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Links at most: beyond, coarse ones stay.
+/// Links at most, and for each element: beyond, the worst alone are refined, until there is no room.
 const MOST_LINKS: usize = 1 << 26;
+const LINKS_EACH: usize = 64;
 /// Rays that ask what is between two nodes.
 const RAYS: (f32, f32) = (4.0, 32.0);
 /// At most, where these all agree.
 const MORE_RAYS: f32 = 512.0;
-/// Attempts to find points that face each other, for each ray.
-const ATTEMPTS: u32 = 4;
+/// Pairs that are asked about between two words of how far it is.
+const TOLD: usize = 1024;
 
-/// What rays between two nodes have found.
-struct Seen {
-    /// V.
-    v: f32,
-    /// δ over p alone.
-    over_p: f32,
-    /// How many there were.
-    rays: u32,
+/// What links are judged by.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bounds {
+    /// ε: what a link may err by.
+    pub error: f32,
+    /// ε of the last round.
+    pub last: f32,
+    /// A_0: the smallest area.
+    pub area: f32,
 }
 
 impl Hierarchy<'_, '_> {
-    /// Refines all links until each errs by no more than `error`, or elements are no larger than
-    /// `area`. `None` if cancelled.
-    pub(super) fn refine(&mut self, error: f32, area: f32, workers: &Workers) -> Option<()> {
+    /// Refines all links until each is good enough. `None` if cancelled, which is obeyed within some rays.
+    pub(super) fn refine(&mut self, bounds: &Bounds, workers: &Workers) -> Option<()> {
         let mut links = std::mem::take(&mut self.links);
         if let (Some(root), true) = (self.root, links.is_empty()) {
-            links.extend(self.estimate((root, root), error));
+            links.extend(self.estimate((root, root), bounds));
         }
-        while !links.is_empty() {
-            if workers.cancelled() {
-                return None;
+        let is_last = bounds.error <= bounds.last;
+        let uncancelled = || (!workers.cancelled()).then_some(());
+        loop {
+            uncancelled()?;
+            if links.is_empty() {
+                return Some(());
             }
             workers.tell(|| {
                 let elements = self.mesh.elements.len();
@@ -71,15 +79,18 @@ impl Hierarchy<'_, '_> {
                 format!("refining: {elements} elements, {made} links, {asked} in question")
             });
             // Which are good enough?
-            let worst: Vec<Option<Node>> =
-                links.par_iter().map(|l| self.to_divide(l, error, area)).collect();
+            let judge = |l| uncancelled().map(|()| self.to_divide(l, bounds));
+            let judged = links.par_iter().map(judge).collect::<Option<Vec<_>>>()?;
+            let least = self.least_that_is_refined(&judged);
             let mut pairs = Vec::new();
             let mut divided = Vec::new();
             let mut coarse = Vec::new();
-            for (link, node) in links.into_iter().zip(worst) {
-                let full = self.links.len() + coarse.len() + pairs.len() > MOST_LINKS;
-                let Some(node) = node.filter(|_| !full) else {
-                    self.links.push(link);
+            for (link, node) in links.into_iter().zip(judged) {
+                let Some((node, _)) = node.filter(|(_, errs)| *errs >= least) else {
+                    // What carries no light is kept only for what another round may find.
+                    if link.f > 0.0 || !is_last {
+                        self.links.push(link);
+                    }
                     continue;
                 };
                 if let Node::Element(e) = node
@@ -92,7 +103,7 @@ impl Hierarchy<'_, '_> {
             divided.sort_unstable();
             divided.dedup();
             self.mesh.divide(self.scene, &divided);
-            self.add_sources();
+            self.add_sources(workers)?;
             for e in divided {
                 // Until light arrives by finer links: σ as of light that changes evenly.
                 let (b, spread) = (self.radiosity[e as usize], self.spread[e as usize]);
@@ -103,32 +114,64 @@ impl Hierarchy<'_, '_> {
             for (link, node) in coarse {
                 self.parts(&link, node, &mut pairs);
             }
+            let (asked, all) = (AtomicUsize::new(0), pairs.len());
+            let estimate = |pair| {
+                uncancelled()?;
+                let asked = asked.fetch_add(1, Ordering::Relaxed) + 1;
+                if asked.is_multiple_of(TOLD) {
+                    let elements = self.mesh.elements.len();
+                    workers.tell(|| {
+                        format!("refining: {elements} elements, {asked} of {all} links asked")
+                    });
+                }
+                self.estimate(pair, bounds)
+            };
             let pairs_of_light = pairs.into_par_iter().filter(|(p, _)| self.receives(*p));
-            links = pairs_of_light.filter_map(|pair| self.estimate(pair, error)).collect();
+            links = pairs_of_light.filter_map(estimate).collect();
         }
-        Some(())
     }
 
-    /// (7) and (8): the node to divide, if one is to be, and can be.
-    fn to_divide(&self, link: &Link, error: f32, area: f32) -> Option<Node> {
+    /// What a link must err by to be refined, of those that are judged: 0, if there is room for them all.
+    fn least_that_is_refined(&self, judged: &[Option<(Node, f32)>]) -> f32 {
+        let most = (LINKS_EACH * self.mesh.elements.len()).min(MOST_LINKS);
+        // Each that is refined becomes two.
+        let room = most.saturating_sub(self.links.len() + judged.len());
+        let mut errs: Vec<f32> = judged.iter().flatten().map(|(_, errs)| *errs).collect();
+        if errs.len() <= room {
+            return 0.0;
+        }
+        let (_, &mut last, _) = errs.select_nth_unstable_by(room, |a, b| b.total_cmp(a));
+        // No more of them than there is room for, if many err alike.
+        last.next_up()
+    }
+
+    /// (7) and (8): the node to divide, if one is to be, and can be; and what the link errs by, of what it may.
+    fn to_divide(&self, link: &Link, bounds: &Bounds) -> Option<(Node, f32)> {
         let (p, q) = (Node::from(link.p), Node::from(link.q));
+        let area = bounds.area;
         let can = |node: Node| match node {
-            Node::Cluster(_) => true,
+            Node::Cluster(_) => self.area(node) > area,
             Node::Element(e) => {
                 let element = &self.mesh.elements[e as usize];
                 element.children != NONE || element.area > area && !element.is_black()
             }
         };
+        if p == q {
+            return can(p).then_some((p, f32::INFINITY));
+        }
         let (b, spread) = self.sent(p, q);
         let [of_p, of_q] = self.uneven(p, q);
         let [over_p, over_both] = link.hidden;
         let q_is_larger = self.radius(q) > self.radius(p);
         let hidden = if q_is_larger { [over_p, over_both] } else { [over_both, 0.0] };
-        let mends_p = self.area(p) * b * link.most * of_p.max(hidden[0]);
-        let mends_q = area * link.most * (of_q * spread).max(hidden[1] * b);
+        let mends_p = self.facing(p, q) * b * link.most * (of_p * link.v).max(hidden[0]);
+        let mends_q = area * link.most * (of_q * link.v * spread).max(hidden[1] * b);
         let first =
             if q_is_larger { [(q, mends_q), (p, mends_p)] } else { [(p, mends_p), (q, mends_q)] };
-        first.into_iter().find(|(node, mends)| *mends > error && can(*node)).map(|(node, _)| node)
+        first
+            .into_iter()
+            .find(|(node, mends)| *mends > bounds.error && can(*node))
+            .map(|(node, mends)| (node, mends / bounds.error))
     }
 
     /// B_q, from what is sent by now, and its σ. What a cluster sends may go in other directions than
@@ -145,6 +188,15 @@ impl Hierarchy<'_, '_> {
                 (sent, sent)
             }
         }
+    }
+
+    /// The area of p that may face q: as with what is sent, not from middle to middle alone.
+    fn facing(&self, p: Node, q: Node) -> f32 {
+        let Node::Cluster(c) = p else { return self.area(p) };
+        let w = (self.center(q) - self.center(p)).try_normalize().unwrap_or(Vec3::Z);
+        let [of_p, of_q] = self.uneven(p, q);
+        let most = (of_p + of_q).min(1.0) * self.area(p);
+        self.faces[c as usize].value(w).average().max(most)
     }
 
     /// The pairs that take the place of a link whose `node` is divided.
@@ -178,7 +230,7 @@ impl Hierarchy<'_, '_> {
     }
 
     /// The link between two nodes, if they can see each other.
-    fn estimate(&self, (p, q): (Node, Node), error: f32) -> Option<Link> {
+    fn estimate(&self, (p, q): (Node, Node), bounds: &Bounds) -> Option<Link> {
         let d = self.center(q) - self.center(p);
         let uneven = self.uneven(p, q);
         let (f, most) = match (p, q) {
@@ -191,25 +243,23 @@ impl Hierarchy<'_, '_> {
         if most <= 0.0 {
             return None;
         }
-        let link = |v: f32, hidden| Link { p: p.into(), q: q.into(), f: f * v, most, hidden };
+        let link = |v: f32, hidden| Link { p: p.into(), q: q.into(), f: f * v, most, v, hidden };
+        let power = self.facing(p, q) * self.sent(p, q).0 * most;
         if p == q || self.is_cluster(p, q) && uneven[0] + uneven[1] >= 1.0 {
             // What overlaps is not worth asking: it is refined if it matters at all.
             return Some(link(1.0, [1.0; 2]));
         }
-        let part = self.area(p) * self.sent(p, q).0 * most / error.max(f32::MIN_POSITIVE);
+        let part = power / bounds.error.max(f32::MIN_POSITIVE);
         let mut rays = (0.25 * part).clamp(RAYS.0, RAYS.1);
         let mut seen = self.visible(p, q, rays as u32);
-        let agree = |v: f32| v == 0.0 || v == 1.0;
         // (6) of n rays that agree is below 1/part from n of part/2 on.
         let needed = 0.5 * part;
-        if agree(seen.v) && seen.v * uneven[0] * part <= 1.0 && rays < needed && needed < MORE_RAYS
-        {
+        let is_good = seen.agrees() && seen.v * uneven[0] * part <= 1.0;
+        if is_good && rays < needed && needed < MORE_RAYS {
             rays = needed.ceil();
             seen = self.visible(p, q, rays as u32);
         }
-        let least = 0.5 / (seen.rays + 1) as f32;
-        let both = 4.0 * seen.v * (1.0 - seen.v); // (6)
-        Some(link(seen.v, [seen.over_p.max(least), both.max(least)]))
+        Some(link(seen.v, seen.in_doubt()))
     }
 
     /// (5), of p and of q.
@@ -291,86 +341,6 @@ impl Hierarchy<'_, '_> {
         };
         (of_p * of_q * sent / d2, most_p * most_q * sent / d2)
     }
-
-    /// V, by `n` rays between points that face each other, weighted as the kernel is.
-    fn visible(&self, p: Node, q: Node, n: u32) -> Seen {
-        let name = |node: Node| match node {
-            Node::Element(e) => u64::from(e),
-            Node::Cluster(c) => u64::from(c) | 1 << 32,
-        };
-        let (low, high) = (name(p).min(name(q)), name(p).max(name(q)));
-        let key = mix_bits(mix_bits(low) ^ high);
-        let disk = self.area(q) / n as f32;
-        let (mut segments, mut weights) = (Vec::with_capacity(n as usize), Vec::new());
-        let mut places = Vec::with_capacity(n as usize);
-        for i in 0..n * ATTEMPTS {
-            let pick = |node, k: u64| {
-                let u = rotated(r2(i), combine(key, k));
-                self.pick(node, combine(combine(key, k + 2), u64::from(i)), u)
-            };
-            let (x, y) = (pick(p, 0), pick(q, 1));
-            let d = y.p - x.p;
-            let (cos_x, cos_y, r2) = (x.n.dot(d), -y.n.dot(d), d.length_squared());
-            if cos_x > 0.0 && cos_y > 0.0 {
-                segments.push(x.sight(&y));
-                weights.push(cos_x * cos_y / (r2 * (PI * r2 + disk)));
-                places.push(x.p);
-            }
-            if segments.len() as u32 == n {
-                break;
-            }
-        }
-        let mut batch = RayBatch::default();
-        self.scene.occluded_all(&segments, &mut batch);
-        let all: f32 = weights.iter().sum();
-        let open = weights.iter().zip(&batch.occluded).filter(|(_, hidden)| !**hidden);
-        let v = (open.map(|(w, _)| w).sum::<f32>() / all.max(f32::MIN_POSITIVE)).min(1.0);
-        let over_p = match p {
-            Node::Element(e) if v > 0.0 && v < 1.0 => {
-                let corners = &self.mesh.elements[e as usize].corners;
-                change(corners, places.iter().copied().zip(batch.occluded.iter().map(|h| !h)))
-            }
-            _ => 4.0 * v * (1.0 - v),
-        };
-        Seen { v, over_p, rays: segments.len() as u32 }
-    }
-
-    /// A point of a node, uniform over its area.
-    fn pick(&self, mut node: Node, mut key: u64, u: Vec2) -> Point {
-        while let Node::Cluster(c) = node {
-            let [a, b] = self.clusters[c as usize].children;
-            let share = self.area(a) / self.clusters[c as usize].area;
-            key = mix_bits(key);
-            node = if unit(halves(key).0) < share { a } else { b };
-        }
-        match node {
-            Node::Element(e) => self.mesh.sample(self.scene, e, u),
-            Node::Cluster(_) => unreachable!("clusters end in elements"),
-        }
-    }
-}
-
-/// How much what is seen of places on a triangle changes between its corners, from 0 to 1: the standard deviation of
-/// the parts V_k that are seen near each, twice, without what is chance.
-///
-/// ```text
-/// 4 (1/2 Σ_k (V_k - V)² - V(1 - V)/3 Σ_k 1/n_k)                                      (9)
-/// ```
-fn change(corners: &[Vec3; 3], seen: impl Iterator<Item = (Vec3, bool)>) -> f32 {
-    let (mut open, mut all) = ([0.0f32; 3], [0.0f32; 3]);
-    for (x, is_open) in seen {
-        let far = |k: usize| (corners[k] - x).length_squared();
-        let k = (1..3).fold(0, |best, k| if far(k) < far(best) { k } else { best });
-        all[k] += 1.0;
-        open[k] += f32::from(is_open);
-    }
-    if all.contains(&0.0) {
-        return 1.0;
-    }
-    let v = open.iter().sum::<f32>() / all.iter().sum::<f32>();
-    let between: f32 = (0..3).map(|k| (open[k] / all[k] - v).powi(2)).sum();
-    let chance: f32 = all.iter().map(|n| v * (1.0 - v) / n).sum();
-    (4.0 * (0.5 * between - chance / 3.0)).clamp(0.0, 1.0).sqrt() // (9)
 }
 
 /// The middles of the n² equal parts of a triangle, as barycentric weights.
