@@ -57,3 +57,4 @@ mod waves;
 mod zbuffer;
 mod zbuffer_looks;
 mod zbuffer_models;
+mod zbuffer_placed;
