@@ -13,6 +13,7 @@ mod breaks;
 mod cameras;
 mod classes;
 mod cutouts;
+mod distributed;
 mod fields;
 mod furnace;
 mod guided;
