@@ -267,10 +267,10 @@ fn blurred_refraction_is_that_of_path_tracing() {
     stage.camera(pinhole(35.0), look(v(0.0, -4.0, 0.0), Vec3::ZERO), [12, 8]);
     let scene = stage.build();
     let path =
-        pictures(&scene, ("path", json!({"max_depth": 5})), &["L[D]S*E"], ([12, 8], 40, 50, 1490));
+        pictures(&scene, ("path", json!({"max_depth": 5})), &["L[D]S*E"], ([12, 8], 40, 120, 1490));
     for (i, n) in [1, 2].into_iter().enumerate() {
         let p = json!({"secondary_rays": n, "max_depth": 5});
-        let of = ([12, 8], 40, 30 / n, 1491 + i as u64);
+        let of = ([12, 8], 40, 100 / n, 1491 + i as u64);
         let found = pictures(&scene, ("distributed", p), &[], of);
         for (k, (a, b)) in by_booth(&found[0]).iter().zip(&by_booth(&path[1])).enumerate() {
             same(&format!("{n} rays, part {k}"), a, b);

@@ -85,6 +85,7 @@ fn ground() -> Stage {
     let white = stage.diffuse(0.6);
     stage.shape(GeometryDesc::Rectangle, scale(3.0, 3.0, 1.0), white);
     stage.camera(pinhole(50.0), look(v(0.3, -4.0, 2.5), v(0.0, 0.1, 0.4)), [200, 150]);
+    stage.d.cameras[0].shutter = [0.0, 1.0];
     stage
 }
 
