@@ -21,6 +21,7 @@ mod guided_light;
 mod guided_photons;
 mod hair;
 mod hybrid;
+mod hybrid_passes;
 mod irradiance;
 mod layers;
 mod learned;
