@@ -1,6 +1,7 @@
 //! The program as its users meet it: run, files compared, exit codes looked at.
 
 mod agreement;
+mod baking;
 // The expected texts quote the system's own words for what it refuses.
 #[cfg(unix)]
 mod broken;

@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 const MODES: [&str; 3] = ["power", "light", "bsdf"];
 
 /// E = (L/2) Σ Θᵢ (Γᵢ·n) of a polygon of radiance L at a point, anticlockwise from there.
-fn lambert(l: f64, corners: &[[f64; 3]], p: [f64; 3]) -> f64 {
+pub(crate) fn lambert(l: f64, corners: &[[f64; 3]], p: [f64; 3]) -> f64 {
     let sub = |a: [f64; 3], b: [f64; 3]| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
     let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     let unit = |a: [f64; 3]| a.map(|c| c / dot(a, a).sqrt());

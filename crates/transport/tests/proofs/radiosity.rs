@@ -9,7 +9,7 @@ use kaustika_scene::Scene;
 use kaustika_scene::description::GeometryDesc;
 use kaustika_spectra::Spectrum;
 use kaustika_transport::method::Method;
-use kaustika_transport::radiosity::form_factor::{FormFactorKind, FormFactors};
+use kaustika_transport::radiosity::form_factor::{FormFactorKind, FormFactors, Row};
 use kaustika_transport::radiosity::mesh::Mesh;
 use kaustika_transport::radiosity::solve::{
     Patches, Shooting, direct, gauss_seidel, jacobi, shoot,
@@ -266,17 +266,10 @@ pub fn one_wall() -> Stage {
     stage
 }
 
-/// Elimination, both iterations and Southwell's solve the same system; what is unshot falls.
-#[test]
-fn solvers_agree() {
-    let stage = one_wall();
-    let scene = stage.build();
-    let mesh = meshed(&scene, 600);
-    // Fewer points do not know what is right below the box: rows of both ways together sum to more than 1/ρ.
-    let ff = FormFactors::new(&scene, &mesh, FormFactorKind::Analytic, 16, false);
+/// All rows, (2) holding exactly: shots use columns where the matrix uses rows.
+pub fn reciprocal(ff: &FormFactors) -> Vec<Row> {
     let mut rows = ff.rows(|_| ());
     let areas = ff.areas();
-    // (2), exactly: shots use columns where the matrix uses rows.
     let mut both = vec![vec![0.0f32; ff.len()]; ff.len()];
     for (i, row) in rows.iter().enumerate() {
         row.each(|j, f| {
@@ -288,6 +281,18 @@ fn solvers_agree() {
         let line = both[i].iter().enumerate().filter(|(_, f)| **f > 0.0);
         row.seen = line.map(|(j, f)| (j as u32, f / areas[i])).collect();
     }
+    rows
+}
+
+/// Elimination, both iterations and Southwell's solve the same system; what is unshot falls.
+#[test]
+fn solvers_agree() {
+    let stage = one_wall();
+    let scene = stage.build();
+    let mesh = meshed(&scene, 600);
+    // Fewer points do not know what is right below the box: rows of both ways together sum to more than 1/ρ.
+    let ff = FormFactors::new(&scene, &mesh, FormFactorKind::Analytic, 16, false);
+    let (rows, areas) = (reciprocal(&ff), ff.areas());
     let most = |i: usize| rows[i].sum() * ff.element(i).albedo.0[0];
     let most = (0..ff.len()).map(most).fold(0.0, f32::max);
     assert!(most < 1.0, "shots would add power: {most}");

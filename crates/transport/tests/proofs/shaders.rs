@@ -65,6 +65,14 @@ fn phong(stage: &mut Stage) -> MaterialId {
     })
 }
 
+/// Phong's lobe on a matte procedure: a lacquer that the z-buffer has too.
+fn lacquer(stage: &mut Stage) -> MaterialId {
+    let (noise, plain) = (noise(stage), stage.d.rgb([0.1, 0.4, 0.6]));
+    let diffuse_reflectance = squares(stage, noise, plain);
+    let [specular_reflectance, exponent] = [0.2, 25.0].map(|x| stage.d.float(x));
+    stage.material(MaterialModel::Phong { diffuse_reflectance, specular_reflectance, exponent })
+}
+
 /// Varnish over a procedure, blended with rough metal in squares.
 fn varnish(stage: &mut Stage) -> MaterialId {
     let (base, one) = (noise(stage), stage.d.float(1.0));
@@ -94,10 +102,11 @@ fn by_hand(scene: &Scene) -> f64 {
 fn one_shader_looks_the_same_to_every_method() {
     // The z-buffer's models know matte materials and Phong's; rays ask all.
     let all = &["zbuffer", "whitted", "distributed", "path", "bdpt"][..];
-    let shaders: [(&str, Shader, &[&str]); 4] = [
+    let shaders: [(&str, Shader, &[&str]); 5] = [
         ("matte", matte, all),
         ("blend", blend, all),
         ("phong", phong, all),
+        ("lacquer", lacquer, all),
         ("varnish", varnish, &all[1..]),
     ];
     for (what, shader, methods) in shaders {
@@ -156,8 +165,13 @@ fn albedo_at(shader: Shader, p: Vec3) -> [f64; 3] {
 /// parts of each.
 #[test]
 fn composed_shaders_keep_the_furnace() {
-    let shaders: [(&str, Shader); 4] =
-        [("matte", matte), ("blend", blend), ("phong", phong), ("varnish", varnish)];
+    let shaders: [(&str, Shader); 5] = [
+        ("matte", matte),
+        ("blend", blend),
+        ("phong", phong),
+        ("lacquer", lacquer),
+        ("varnish", varnish),
+    ];
     for (what, shader) in shaders {
         let mut stage = Stage::new();
         let m = shader(&mut stage);

@@ -16,9 +16,9 @@ use serde_json::json;
 /// Where pixels are sampled.
 const SAMPLE: Vec2 = Vec2::new(0.37, 0.61);
 /// Relative error of depth that is allowed.
-const DEPTH: f32 = 1e-5;
+pub const DEPTH: f32 = 1e-5;
 /// Distance from an edge, in pixels, within which a rival may be seen.
-const EDGE: f64 = 1.0 / 256.0;
+pub const EDGE: f64 = 1.0 / 256.0;
 
 /// A scene, drawn.
 pub struct Drawn {
@@ -52,8 +52,13 @@ impl Drawn {
     }
 
     /// The camera's ray through a pixel's sample.
-    fn camera_ray(&self, [x, y]: [u32; 2]) -> CameraRay {
-        let film = Vec2::new(x as f32 + SAMPLE.x, y as f32 + SAMPLE.y);
+    fn camera_ray(&self, pixel: [u32; 2]) -> CameraRay {
+        self.ray_beside(pixel, Vec2::ZERO)
+    }
+
+    /// The camera's ray a little beside it, in pixels.
+    pub fn ray_beside(&self, [x, y]: [u32; 2], off: Vec2) -> CameraRay {
+        let film = Vec2::new(x as f32, y as f32) + SAMPLE + off;
         self.scene.camera.sample_we(film, Vec2::new(0.5, 0.5), 0.0)
     }
 
