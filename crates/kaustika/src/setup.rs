@@ -91,6 +91,8 @@ pub struct Setup {
     pub record: Record,
     /// Features that are kept for the filter alone.
     pub unasked: Vec<Feature>,
+    /// What of the file's the method takes no notice of, for the user to know.
+    pub notes: Vec<String>,
 }
 
 /// Samples a pixel when nobody says how many.
@@ -229,7 +231,8 @@ impl Setup {
                 .collect(),
             world_to_camera: camera.transform.inv,
         };
-        Ok(Setup { scene, frame, method, spp, seed, parameters, record, unasked })
+        let notes = unlimited(description, entry).into_iter().collect();
+        Ok(Setup { scene, frame, method, spp, seed, parameters, record, unasked, notes })
     }
 }
 
@@ -338,6 +341,19 @@ fn parameters(
         map.insert(key.clone(), registry::scalar(value));
     }
     map
+}
+
+/// A note where the file limits the bounces of a method that knows no limit: its picture is brighter than that of those that do.
+fn unlimited(description: &SceneDescription, entry: &registry::Entry) -> Option<String> {
+    let most = description.integrator.max_depth?;
+    let knows = (entry.parameters)().iter().any(|p| p.key == "max_depth");
+    let of_any_length = entry.info.path_class.contains('*');
+    (of_any_length && !knows).then(|| {
+        let name = entry.info.name;
+        format!(
+            "the file's limit of {most} bounces is not obeyed: `{name}` follows light to any number"
+        )
+    })
 }
 
 /// Each parameter of the user's on its own, so that the wrong one can be named. What is wrong alone may be

@@ -47,7 +47,8 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     check_share(args, setup.method.info().schedule)?;
     args.bake.as_deref().map_or(Ok(()), |path| bake::check(path, &*setup.method))?;
 
-    let Setup { scene, frame, method, spp, record, unasked, .. } = setup;
+    let Setup { scene, frame, method, spp, record, unasked, notes, .. } = setup;
+    notes.iter().filter(|_| !args.quiet).for_each(|note| eprintln!("note: {note}"));
     let mut job = Job::new(args, &record, &outputs, &unasked)?;
     let mut session = Session::new(&scene, &frame, method);
     job.resume(&mut session, &workers)?;

@@ -262,6 +262,17 @@ fn info_counts_what_is_there() {
     assert!(p.ok("info ball.pbrt").contains("triangles"));
 }
 
+/// The file says `maxdepth` 3.
+#[test]
+fn a_limit_that_is_not_obeyed_is_told() {
+    let p = Place::new();
+    for (method, told) in [("path", false), ("zbuffer", false), ("radiosity", true)] {
+        let out = p.run(&format!("render ball.pbrt --spp 1 -m {method} -o a.exr"));
+        let text = String::from_utf8(out.stderr).unwrap();
+        assert_eq!(text.contains("limit of 3 bounces is not obeyed"), told, "{method}: {text}");
+    }
+}
+
 #[test]
 fn methods_tell_their_parameters() {
     let p = Place::new();
