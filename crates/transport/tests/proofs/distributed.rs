@@ -278,6 +278,27 @@ fn blurred_refraction_is_that_of_path_tracing() {
     }
 }
 
+/// Four rays from each hit of a block of clear glass, in which light runs about between total reflections: without a
+/// limit trees end all the same.
+#[test]
+fn trees_end_in_clear_glass() {
+    let mut stage = Stage::new();
+    floor(&mut stage);
+    let glass = stage.glass(1.5, 0.0);
+    stage.shape(GeometryDesc::Cube, at(0.0, 0.0, 0.6) * scale(0.5, 0.5, 0.5), glass);
+    stage.lamp(disk(0.5), at(0.5, -0.5, 3.0) * down(), 4.0);
+    stage.camera(pinhole(30.0), look(v(1.0, -3.0, 1.5), v(0.0, 0.0, 0.5)), [6, 4]);
+    let scene = stage.build();
+    let path = pictures(&scene, ("path", json!({})), &["L[D]S*E"], ([6, 4], 40, 200, 1496));
+    let p = json!({"secondary_rays": 4});
+    let found = pictures(&scene, ("distributed", p), &[], ([6, 4], 20, 2, 1497));
+    let whole = |picture: &[RunningMean]| {
+        let variance: f64 = picture.iter().map(|p| p.standard_error().powi(2)).sum();
+        with_error(picture.iter().map(RunningMean::mean).sum(), variance.sqrt())
+    };
+    same("the picture", &whole(&found[0]), &whole(&path[1]));
+}
+
 /// The mean over all pixels, which see the same, and the variance of one sample of one of them.
 fn noise(scene: &Scene, p: Value, seed: u64) -> (RunningMean, f64) {
     const SIDE: u32 = 24;

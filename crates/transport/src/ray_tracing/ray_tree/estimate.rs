@@ -40,6 +40,9 @@ pub(super) enum Asked<'a> {
     Chosen(&'a LightSelection, u32),
 }
 
+/// Rays of a bounce beyond which roulette keeps their number: in clear glass, which takes no light, trees would never end.
+const ABREAST: f32 = 1024.0;
+
 /// Estimates pixels.
 pub(super) struct Estimator<'a> {
     scene: &'a Scene,
@@ -69,7 +72,7 @@ struct Branch<'a> {
     t_max: f32,
     /// What the light that it finds is multiplied by.
     beta: Spectrum,
-    /// The same without the numbers of rays: for roulette, which is to see one path.
+    /// The same without the numbers of rays: for roulette, which is to see one path, but of trees that grow [too wide](ABREAST).
     throughput: Spectrum,
     eta_scale: f32,
     depth: u32,
@@ -301,7 +304,9 @@ impl<'a> Estimator<'a> {
             return None;
         }
         let (eta_scale, depth) = (from.eta_scale * sample.eta * sample.eta, from.depth + 1);
-        let q = self.roulette.q(&WalkState { beta: throughput, eta_scale, weight, depth });
+        let abreast = (n as f32).powi(depth.min(1 << 16) as i32);
+        let seen = throughput * (ABREAST / abreast).min(1.0);
+        let q = self.roulette.q(&WalkState { beta: seen, eta_scale, weight, depth });
         if q < 1.0 && translated(Vec2::new(u, 0.0), i).x >= q {
             return None;
         }
