@@ -46,6 +46,19 @@ fn links_do_not_grow_as_small_triangles() {
     assert!(2 * found[1].1 < 109 * found[1].0, "{found:?}");
 }
 
+/// However little links may err by, there are at most 64 of each element.
+#[test]
+fn links_are_limited() {
+    let scene = crowded(4);
+    let s = solved(
+        &scene,
+        json!({"solver": "hierarchical", "direct": "mesh", "patches": 1500, "polish": 0, "error": 1e-6}),
+    );
+    let elements = s.mesh.elements.len();
+    // Links that carry nothing are not kept in the end.
+    assert!(s.links <= 64 * elements && 3 * s.links > 64 * elements, "{} of {elements}", s.links);
+}
+
 /// What clusters exchange is what the matrix finds, over all surfaces by area.
 #[test]
 fn crowds_get_the_light_of_the_matrix() {

@@ -41,6 +41,8 @@ pub struct Refinement {
 
 /// Rounds of refining, each with a quarter of the error of the one before and what it found.
 const ROUNDS: i32 = 4;
+/// Links of each element at most.
+const LINKS: usize = 64;
 /// Iterations of gathering a round at most.
 const ITERATIONS: u32 = 100;
 
@@ -126,7 +128,9 @@ impl<'m, 'a> Hierarchy<'m, 'a> {
         for round in 0..ROUNDS {
             let coarser = 4f32.powi(ROUNDS - 1 - round);
             let (last, area) = (refinement.error * power, refinement.area);
-            self.refine(&Bounds { error: last * coarser, last, area }, workers)?;
+            // What a round leaves of the room is for what the light that it found asks for.
+            let links = LINKS * (round + 1) as usize / ROUNDS as usize;
+            self.refine(&Bounds { error: last * coarser, last, area, links }, workers)?;
             let mut rest = Rest::default();
             for i in 0..ITERATIONS {
                 workers.tell(|| {

@@ -38,9 +38,8 @@ use rayon::prelude::*;
 use std::f32::consts::{FRAC_1_SQRT_2, PI};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Links at most, and for each element: beyond, the worst alone are refined, until there is no room.
+/// Links at most.
 const MOST_LINKS: usize = 1 << 26;
-const LINKS_EACH: usize = 64;
 /// Rays that ask what is between two nodes.
 const RAYS: (f32, f32) = (4.0, 32.0);
 /// At most, where these all agree.
@@ -57,6 +56,8 @@ pub(super) struct Bounds {
     pub last: f32,
     /// A_0: the smallest area.
     pub area: f32,
+    /// Links for each element: beyond, the worst alone are refined, until there is no room.
+    pub links: usize,
 }
 
 impl Hierarchy<'_, '_> {
@@ -81,7 +82,7 @@ impl Hierarchy<'_, '_> {
             // Which are good enough?
             let judge = |l| uncancelled().map(|()| self.to_divide(l, bounds));
             let judged = links.par_iter().map(judge).collect::<Option<Vec<_>>>()?;
-            let least = self.least_that_is_refined(&judged);
+            let least = self.least_that_is_refined(&judged, bounds);
             let mut pairs = Vec::new();
             let mut divided = Vec::new();
             let mut coarse = Vec::new();
@@ -132,8 +133,8 @@ impl Hierarchy<'_, '_> {
     }
 
     /// What a link must err by to be refined, of those that are judged: 0, if there is room for them all.
-    fn least_that_is_refined(&self, judged: &[Option<(Node, f32)>]) -> f32 {
-        let most = (LINKS_EACH * self.mesh.elements.len()).min(MOST_LINKS);
+    fn least_that_is_refined(&self, judged: &[Option<(Node, f32)>], bounds: &Bounds) -> f32 {
+        let most = (bounds.links * self.mesh.elements.len()).min(MOST_LINKS);
         // Each that is refined becomes two.
         let room = most.saturating_sub(self.links.len() + judged.len());
         let mut errs: Vec<f32> = judged.iter().flatten().map(|(_, errs)| *errs).collect();
