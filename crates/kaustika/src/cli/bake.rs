@@ -65,7 +65,7 @@ fn write_map(path: &Path, scene: &Scene, method: &dyn Method) -> Result<Vec<Path
         picture.push(format!("Irradiance.{name}"), values);
     }
     files::write_picture(path, &picture, &WriteOptions::default()).map_err(Failure::input)?;
-    let mesh = path.with_extension("ply");
+    let mesh = path.with_extension("uv.ply");
     write_ply(&mesh, &map.mesh).map_err(Failure::input)?;
     Ok(vec![path.into(), mesh])
 }

@@ -61,7 +61,7 @@ fn baked_light_read_back_is_the_solution() {
     p.write("room.xml", &format!(r#"<scene version="3.0.0">{SENSOR}{ROOM}</scene>"#));
     let map = r#"<texture type="bitmap" name="radiance"><string name="filename" value="map.exr"/>
         <boolean name="raw" value="true"/></texture>"#;
-    p.write("map.xml", &shining("map.ply", map));
+    p.write("map.xml", &shining("map.uv.ply", map));
     let colors = r#"<texture type="mesh_attribute" name="radiance">
         <string name="name" value="vertex_color"/></texture>"#;
     p.write("patches.xml", &shining("patches.ply", colors));

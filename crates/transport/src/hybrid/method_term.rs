@@ -68,7 +68,7 @@ impl MethodTerm {
             |message: String| RenderError::Failed(format!("the term `{}`: {message}", term.text));
         if let Some(why) = self.method.strays(scene) {
             let name = self.method.info().name;
-            return Err(fail(format!("light would be counted twice: `{name}` {why}")));
+            return Err(fail(format!("its picture is not of its class alone: `{name}` {why}")));
         }
         if let Some(word) = self.lost(term, scene) {
             let name = self.method.info().name;
@@ -181,7 +181,7 @@ mod tests {
             ("radiosity:LD+E", "does not tell its paths apart: it makes all of LD*E, `LE`"),
             (
                 "radiosity(patch=100):LD*E",
-                "method `radiosity` has no parameter `patch`; did you mean `patches`?",
+                "method `radiosity` has no parameter `patch`; known: solver",
             ),
             ("paths:LE", "unknown method `paths`"),
             ("mlt:L(D|S)*E", "depend on each other"),

@@ -27,9 +27,9 @@ impl Solver {
     /// Which one it is, with so many triangles that are not black. A hierarchy pays where triangles are divided
     /// many times: its links stand for many pairs of patches each. Of triangles that are smaller than patches
     /// need be, it must link nearly each anyway, and rays from each are both cheaper and right.
-    fn chosen(self, triangles: usize, patches: usize) -> Solver {
+    fn chosen(self, triangles: usize, patches: usize, by_rows: bool) -> Solver {
         match self {
-            Solver::Auto if triangles > patches => Solver::Jacobi,
+            Solver::Auto if by_rows || triangles > patches => Solver::Jacobi,
             Solver::Auto => Solver::Hierarchical,
             solver => solver,
         }
@@ -128,18 +128,21 @@ impl Default for RadiosityParams {
 }
 
 impl RadiosityParams {
-    /// Samples of form factors.
-    pub fn samples(&self) -> u32 {
-        match self.samples {
-            0 => self.form_factors.samples(),
-            n => n,
+    /// Samples of form factors, of so many patches.
+    pub fn samples(&self, patches: usize) -> u32 {
+        let usual = self.form_factors.samples();
+        match (self.samples, self.form_factors) {
+            (0, FormFactorKind::Rays) => usual.min((MOST_RAYS / patches.max(1)).max(64) as u32),
+            (0, _) => usual,
+            (n, _) => n,
         }
     }
 
     /// With the solver that it is, of a scene with so many triangles that are not black.
     #[must_use]
     pub fn of_scene(&self, triangles: usize) -> RadiosityParams {
-        let solver = self.solver.chosen(triangles, self.patches as usize);
+        let by_rows = self.extended || self.glossy > 0;
+        let solver = self.solver.chosen(triangles, self.patches as usize, by_rows);
         RadiosityParams { solver, ..self.clone() }
     }
 
@@ -149,13 +152,12 @@ impl RadiosityParams {
     /// Says what, and what to do.
     pub fn check(&self) -> Result<(), String> {
         let by_rays = self.form_factors == FormFactorKind::Rays;
-        let may_be_hierarchical = matches!(self.solver, Solver::Auto | Solver::Hierarchical);
-        if self.extended && (may_be_hierarchical || !by_rays) {
+        if self.extended && (self.solver == Solver::Hierarchical || !by_rays) {
             let message = "extended form factors are found by rays, row by row: set `solver` to \
                            southwell, direct, jacobi or gauss-seidel, and `form_factors` to rays";
             return Err(message.into());
         }
-        let iterates = matches!(self.solver, Solver::Jacobi | Solver::GaussSeidel);
+        let iterates = matches!(self.solver, Solver::Auto | Solver::Jacobi | Solver::GaussSeidel);
         let fits = iterates && by_rays && self.direct == DirectLight::Mesh && !self.extended;
         if self.glossy > 0 && !fits {
             let message = "glossy radiosity iterates over rays between patches, lamps among them: set \
@@ -198,6 +200,8 @@ impl RadiosityParams {
     }
 }
 
+/// Rays of all rows of form factors, where nobody says how many.
+const MOST_RAYS: usize = 100_000_000;
 /// Bands that glossy radiosity takes at most.
 const MOST_BANDS: u32 = 12;
 
@@ -226,7 +230,7 @@ pub fn parameters() -> Vec<Parameter> {
         p(
             "samples",
             d.samples.to_string(),
-            "rays of a row, points of a pair, cells across a hemicube; 0: 1024, 4, 256",
+            "rays of a row, points of a pair, cells across a hemicube; 0: 1024 (of more than 97,000 patches fewer), 4, 256",
         ),
         p("display", "gouraud".into(), "gouraud, constant, gather (final gathering)"),
         p(
@@ -259,7 +263,7 @@ pub fn parameters() -> Vec<Parameter> {
         p(
             "glossy",
             d.glossy.to_string(),
-            "bands of harmonics by which patches reflect by direction; needs `solver=jacobi`, `direct=mesh`",
+            "bands of harmonics by which patches reflect by direction; needs `direct=mesh`",
         ),
         p("gather", d.gather.to_string(), "rays of a final gather"),
         p("hide_emitters", d.hide_emitters.to_string(), "lights are not seen directly"),

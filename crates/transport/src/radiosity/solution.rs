@@ -121,7 +121,8 @@ impl Solution {
         let mut hierarchy = Hierarchy::new(scene, &mut mesh, sources.clone());
         let solved = hierarchy.solve(&refinement, workers).ok_or(RenderError::Cancelled)?;
         let leaves = mesh.leaves();
-        let direct = sources.direct(&mesh, &leaves);
+        let direct =
+            sources.direct_of_all(&mesh, &leaves, workers).ok_or(RenderError::Cancelled)?;
         let (mut irradiance, mut reflected) = (solved.irradiance, solved.reflected);
         let few = params.polish.div_ceil(FEW);
         for rays in [few, few, params.polish].into_iter().filter(|rays| *rays > 0) {
@@ -182,16 +183,19 @@ impl Solution {
         workers: &Workers,
     ) -> Result<Solution, RenderError> {
         let leaves = mesh.leaves();
-        let by_lights = sources.direct(&mesh, &leaves);
-        let kind = params.form_factors;
-        let ff = FormFactors::new(scene, &mesh, kind, params.samples(), params.extended);
+        let (kind, samples) = (params.form_factors, params.samples(leaves.len()));
+        check_room(leaves.len(), samples, params)?;
+        let by_lights =
+            sources.direct_of_all(&mesh, &leaves, workers).ok_or(RenderError::Cancelled)?;
+        let ff = FormFactors::new(scene, &mesh, kind, samples, params.extended);
+        let uncancelled = || (!workers.cancelled()).then_some(());
         let told = |rows: usize| {
             workers.tell(|| format!("form factors of {rows} of {} patches", leaves.len()));
+            uncancelled()
         };
-        let uncancelled = || if workers.cancelled() { Err(RenderError::Cancelled) } else { Ok(()) };
-        let by_mirrors = |lit: &dyn Fn() -> Vec<Spectrum>| match params.extended {
-            true => lit(),
-            false => vec![Spectrum::ZERO; leaves.len()],
+        let by_mirrors = |lit: &dyn Fn() -> Option<Vec<Spectrum>>| match params.extended {
+            true => lit().ok_or(RenderError::Cancelled),
+            false => Ok(vec![Spectrum::ZERO; leaves.len()]),
         };
         let patches = |by_mirrors: &[Spectrum]| {
             let both: Vec<Spectrum> =
@@ -208,8 +212,7 @@ impl Solution {
             glossy = Some(found);
             (h, none, 0)
         } else if params.solver == Solver::Southwell {
-            let mirrored = by_mirrors(&|| ff.by_mirrors(!sources.emit(), told));
-            uncancelled()?;
+            let mirrored = by_mirrors(&|| ff.by_mirrors(!sources.emit(), told))?;
             let limit = if params.shots == 0 { usize::MAX } else { params.shots as usize };
             let (tolerance, ambient) = (params.tolerance, params.ambient);
             let shooting = Shooting { tolerance, shots: limit, ambient };
@@ -223,15 +226,17 @@ impl Solution {
                 shoot(&patches(&mirrored), &shooting, row, each).ok_or(RenderError::Cancelled)?;
             (h, mirrored, shots)
         } else {
-            check_room(leaves.len(), params)?;
-            let rows = ff.rows(told);
-            uncancelled()?;
-            let lit =
-                || rows.par_iter().map(|row| ff.mirrored_light(row, !sources.emit())).collect();
-            let mirrored = by_mirrors(&lit);
+            let rows = ff.rows(told).ok_or(RenderError::Cancelled)?;
+            let lit = || {
+                let light = rows.par_iter().map(|row| ff.mirrored_light(row, !sources.emit()));
+                Some(light.collect())
+            };
+            let mirrored = by_mirrors(&lit)?;
             let patches = patches(&mirrored);
             let h = match params.solver {
-                Solver::Direct => direct(&rows, &patches),
+                Solver::Direct => {
+                    direct(&rows, &patches, uncancelled).ok_or(RenderError::Cancelled)?
+                }
                 Solver::Jacobi => jacobi(&rows, &patches, params.tolerance),
                 _ => gauss_seidel(&rows, &patches, params.tolerance),
             };
@@ -254,10 +259,13 @@ impl Solution {
 }
 
 /// Refuses a matrix that does not fit.
-fn check_room(patches: usize, params: &RadiosityParams) -> Result<(), RenderError> {
+fn check_room(patches: usize, samples: u32, params: &RadiosityParams) -> Result<(), RenderError> {
+    if params.solver == Solver::Southwell {
+        return Ok(());
+    }
     // Rows by rays know no more patches than they have rays.
     let known = match (params.solver, params.form_factors) {
-        (Solver::Jacobi | Solver::GaussSeidel, FormFactorKind::Rays) => params.samples() as usize,
+        (Solver::Jacobi | Solver::GaussSeidel, FormFactorKind::Rays) => samples as usize,
         _ => patches,
     };
     if patches * patches.min(known) <= MOST_FORM_FACTORS {
@@ -266,8 +274,8 @@ fn check_room(patches: usize, params: &RadiosityParams) -> Result<(), RenderErro
     let most = (MOST_FORM_FACTORS as f64).sqrt() as usize;
     let most = most.max(MOST_FORM_FACTORS / known);
     let message = format!(
-        "{patches} patches are too many for a matrix, which takes {most} here: lower `patches`, or \
-         set `solver` to southwell or hierarchical"
+        "{patches} patches are too many for a matrix, which takes {most} here: set fewer \
+         `samples` or `patches`, or `solver` to southwell or hierarchical"
     );
     Err(RenderError::Failed(message))
 }

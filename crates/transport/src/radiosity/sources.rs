@@ -11,6 +11,7 @@
 
 use super::mesh::{Mesh, Point};
 use super::points::{r2, rotated};
+use crate::workers::Workers;
 use kaustika_math::{Ray, Vec2, mix_bits};
 use kaustika_sampling::hash::{combine, halves, permute, unit};
 use kaustika_scene::{Light, LightId, LightSample, RayBatch, Scene, Segment, ShapeSample};
@@ -20,6 +21,8 @@ use std::f32::consts::PI;
 
 /// Points of an element that ask for lights.
 const POINTS: u32 = 8;
+/// Patches that are asked for between two looks at whether to go on.
+const BETWEEN: usize = 1 << 12;
 
 /// Which lights are asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,6 +94,25 @@ impl<'a> Sources<'a> {
         }
         let asked = if self.rays { Asked::All } else { Asked::Others };
         self.ask(mesh, elements, asked)
+    }
+
+    /// (2) of all patches, told of; `None` if cancelled.
+    pub fn direct_of_all(
+        &self,
+        mesh: &Mesh,
+        patches: &[u32],
+        workers: &Workers,
+    ) -> Option<Vec<Spectrum>> {
+        let mut light = Vec::with_capacity(patches.len());
+        for some in patches.chunks(BETWEEN) {
+            if workers.cancelled() {
+                return None;
+            }
+            light.extend(self.direct(mesh, some));
+            workers
+                .tell(|| format!("light of lamps on {} of {} patches", light.len(), patches.len()));
+        }
+        Some(light)
     }
 
     /// (2) of some elements by the lights that patches are, weighted against what rays find of them.

@@ -87,7 +87,7 @@ fn rows_sum_to_one_through_glass() {
         let scene = stage.build();
         let mesh = meshed(&scene, 300);
         let ff = FormFactors::new(&scene, &mesh, FormFactorKind::Rays, 1024, true);
-        let rows = ff.rows(|_| ());
+        let rows = ff.rows(|_| Some(())).expect("rows");
         let lit: Vec<usize> = (0..ff.len()).filter(|&i| !ff.element(i).is_black()).collect();
         let (mut all, mut by_glass) = (0.0, 0.0);
         for &i in &lit {

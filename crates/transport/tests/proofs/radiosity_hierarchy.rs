@@ -140,4 +140,7 @@ fn solvers_are_chosen_by_the_number_of_triangles() {
     };
     assert!(links(1000) > 0);
     assert_eq!(links(50), 0);
+    // Mirrors and gloss are in rows alone.
+    let extended = json!({"patches": 1000, "extended": true, "samples": 8});
+    assert_eq!(solved(&scene, extended).links, 0);
 }

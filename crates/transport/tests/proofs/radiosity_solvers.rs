@@ -4,10 +4,16 @@ use crate::radiosity::{meshed, one_wall, reciprocal};
 use crate::stats::close;
 use kaustika_scene::Scene;
 use kaustika_spectra::Spectrum;
+use kaustika_transport::Workers;
+use kaustika_transport::method::RenderError;
 use kaustika_transport::radiosity::form_factor::{FormFactorKind, FormFactors, Row};
 use kaustika_transport::radiosity::solve::{
     Patches, Shooting, direct, gauss_seidel, jacobi, shoot,
 };
+use kaustika_transport::radiosity::{RadiosityParams, Solution};
+use serde_json::json;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 /// The system of a room.
 struct System {
@@ -68,7 +74,7 @@ fn what_solvers_leave_is_within_the_tolerance() {
     let system = System::new(&one_wall().build(), 500);
     let (rows, patches) = (&system.rows, &system.patches);
     let reflected = |h: &[Spectrum]| system.total(|i| system.of(i)[1] * f64::from(h[i].0[0]));
-    let eliminated = direct(rows, patches);
+    let eliminated = direct(rows, patches, || Some(())).expect("solved");
     let all = reflected(&eliminated);
     let left = system.residual(&eliminated) / all;
     assert!(left < 2e-6, "elimination leaves {left}");
@@ -148,4 +154,32 @@ fn the_ambient_term_is_for_display_alone() {
         }
         assert!(shots < 1000 || ambient < 1e-4 * most, "{ambient} of {most} is left");
     }
+}
+
+/// Rows of form factors, shots and lines of the elimination end where they are when it is cancelled: with one thread no
+/// more of them are told of.
+#[test]
+fn matrices_end_when_cancelled() {
+    let scene = one_wall().build();
+    for (solver, extended) in [("jacobi", false), ("southwell", true), ("direct", false)] {
+        let cancel = Arc::new(AtomicBool::new(false));
+        let (told, flag) = (Arc::new(AtomicUsize::new(0)), cancel.clone());
+        let heard = told.clone();
+        let workers = Workers::new(1, cancel).expect("threads").told_to(move |text| {
+            if text.starts_with("form factors of 100 ") || flag.load(Ordering::Relaxed) {
+                heard.fetch_add(1, Ordering::Relaxed);
+                flag.store(true, Ordering::Relaxed);
+            }
+        });
+        let p = json!({"solver": solver, "extended": extended, "patches": 2000});
+        let p: RadiosityParams = serde_json::from_value(p).expect("parameters");
+        let found = Solution::new(&scene, &p, &workers);
+        assert!(matches!(found, Err(RenderError::Cancelled)), "{solver}");
+        assert_eq!(told.load(Ordering::Relaxed), 1, "{solver}");
+    }
+    let system = System::new(&scene, 200);
+    let asked = AtomicUsize::new(0);
+    let go_on = || (asked.fetch_add(1, Ordering::Relaxed) < 10).then_some(());
+    assert!(direct(&system.rows, &system.patches, go_on).is_none());
+    assert_eq!(asked.into_inner(), 11);
 }

@@ -59,7 +59,9 @@ impl PatchField {
         }
         workers.install(|| mesh.divide_evenly(scene, params.patches as usize));
         let leaves = mesh.leaves();
-        let straight = workers.install(|| Sources::new(scene, true).direct(&mesh, &leaves)); // (3)
+        let sources = Sources::new(scene, true);
+        let straight = workers.install(|| sources.direct_of_all(&mesh, &leaves, workers)); // (3)
+        let straight = straight.ok_or(RenderError::Cancelled)?;
         let caustic = match chain == Chain::NONE {
             true => vec![Spectrum::ZERO; leaves.len()],
             false => {

@@ -163,13 +163,12 @@ impl<'a> FormFactors<'a> {
         &self.mesh.elements[self.patches[i] as usize]
     }
 
-    /// All rows; `each` is told how many there are already.
-    pub fn rows(&self, each: impl Fn(usize) + Sync) -> Vec<Row> {
+    /// All rows; `each` is told how many there are already. `None` if it says `None`.
+    pub fn rows(&self, each: impl Fn(usize) -> Option<()> + Sync) -> Option<Vec<Row>> {
         let done = AtomicUsize::new(0);
         let row = |i| {
-            let row = self.row(i);
-            each(done.fetch_add(1, Ordering::Relaxed) + 1);
-            row
+            each(done.fetch_add(1, Ordering::Relaxed))?;
+            Some(self.row(i))
         };
         (0..self.len()).into_par_iter().map(row).collect()
     }
@@ -177,12 +176,15 @@ impl<'a> FormFactors<'a> {
     /// Irradiance of all patches that is no patch's radiosity and that lights, asked for, never give:
     /// by way of mirrors and glass from what surrounds the scene, and from patches that emit, if so.
     /// `each` as in [`FormFactors::rows`].
-    pub fn by_mirrors(&self, emitters: bool, each: impl Fn(usize) + Sync) -> Vec<Spectrum> {
+    pub fn by_mirrors(
+        &self,
+        emitters: bool,
+        each: impl Fn(usize) -> Option<()> + Sync,
+    ) -> Option<Vec<Spectrum>> {
         let done = AtomicUsize::new(0);
         let lit = |i| {
-            let row = self.row(i);
-            each(done.fetch_add(1, Ordering::Relaxed) + 1);
-            self.mirrored_light(&row, emitters)
+            each(done.fetch_add(1, Ordering::Relaxed))?;
+            Some(self.mirrored_light(&self.row(i), emitters))
         };
         (0..self.len()).into_par_iter().map(lit).collect()
     }

@@ -24,8 +24,12 @@ fn gather(row: &Row, b: impl Fn(usize) -> Spectrum) -> Spectrum {
     sum
 }
 
-/// (4), by Gauss's elimination in double precision, channel by channel.
-pub fn direct(rows: &[Row], patches: &Patches) -> Vec<Spectrum> {
+/// (4), by Gauss's elimination in double precision, channel by channel. `None` if `each`, asked before each line, says `None`.
+pub fn direct(
+    rows: &[Row],
+    patches: &Patches,
+    each: impl Fn() -> Option<()>,
+) -> Option<Vec<Spectrum>> {
     let n = rows.len();
     let mut b = vec![Spectrum::ZERO; n];
     for channel in 0..3 {
@@ -42,6 +46,7 @@ pub fn direct(rows: &[Row], patches: &Patches) -> Vec<Spectrum> {
             })
             .collect();
         for k in 0..n {
+            each()?;
             let (above, below) = m.split_at_mut(k + 1);
             let pivot = &above[k];
             below.par_iter_mut().for_each(|line| {
@@ -57,7 +62,7 @@ pub fn direct(rows: &[Row], patches: &Patches) -> Vec<Spectrum> {
             b[k].0[channel] = ((m[k][n] - sum) / m[k][k]) as f32;
         }
     }
-    rows.par_iter().map(|row| gather(row, |j| b[j])).collect()
+    Some(rows.par_iter().map(|row| gather(row, |j| b[j])).collect())
 }
 
 /// (5), until what further iterations would add is no more than `tolerance` of all the light.

@@ -25,7 +25,7 @@ pub static WHITTED_INFO: MethodInfo = MethodInfo {
     summary: "Whitted's ray tracing: ideal reflection and refraction, then direct light",
     path_class: "L[D|S]S_M*E",
     misses: "light scattered by more than one surface that is no mirror or clear glass",
-    bias: Bias::Biased,
+    bias: Bias::Unbiased,
     media: false,
     layers: false,
     schedule: Schedule::Stateless,
@@ -40,7 +40,7 @@ pub static DISTRIBUTED_INFO: MethodInfo = MethodInfo {
     path_class: "L[D]S*E",
     misses: "light that meets a diffuse surface and then another surface on its way from the light: \
              L (D|S)+ D S* E",
-    bias: Bias::Biased,
+    bias: Bias::Unbiased,
     media: false,
     layers: false,
     schedule: Schedule::Stateless,
