@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """Holds the methods against each other on the project's own scenes (run by hand).
 
-    scripts/agreement.py [SCENE | FILE]... [--seeds 24] [--kaustika PROGRAM] [--resolution WxH] [--of METHOD...] [--fault METHOD=FACTOR]
+    scripts/agreement.py [SCENE | FILE]... [--seeds 24] [--kaustika PROGRAM] [--resolution WxH] [--of METHOD...] [--pixels] [--fault METHOD=FACTOR]
 
 Every method renders every scene with as many seeds as asked for; two methods are compared on the light of one class of paths
-(`--layer`), which both must be able to sample: the mean of the picture and of each of its tiles of 16 x 16 pixels, in red, green and blue,
-by Welch's test over the seeds. All tests together have one significance of 1 % (Sidak). One table in Markdown; exit code 1 if
+(`--layer`), which both must be able to sample: the mean of the picture and of each of its tiles of 16 x 16 pixels (with --pixels each pixel,
+too), in red, green and blue, by Welch's test over the seeds. All tests together have one significance of 1 % (Sidak). One table in Markdown; exit code 1 if
 a test rejects. A FILE is any other scene, by its path, on which all comparisons are made that `--of` leaves. --fault makes one method's pictures brighter by a factor, to see the tests fail. Runs in a Python that has numpy and
 OpenImageIO. Build first: cargo build --release.
 """
@@ -36,7 +36,10 @@ CLASSES = {
     "cook": "L[D]S*E",
 }
 
-# method: passes a seed, parameters
+# Chains of a small picture: b of few candidates, which independent renders average.
+CHAINS = ["bootstrap=16384", "brightness_error=1", "chains=1024", "renew=0"]
+
+# method (and what of it): passes a seed, parameters
 METHODS = {
     "path": (64, []),
     "light": (64, []),
@@ -45,24 +48,31 @@ METHODS = {
     "sppm": (64, ["radius=0.001", "alpha=1"]),
     "whitted": (64, []),
     "distributed": (64, []),
+    "bdpt guided": (64, ["guiding=true"]),
+    "pssmlt": (8, [*CHAINS, "steps=4"]),
+    "mmlt": (16, [*CHAINS, "steps=4"]),
+    "mlt": (16, CHAINS),
+    "erpt": (64, []),
 }
 # methods that find one class alone: their picture is that class
 WHOLE = {"whitted": "whitted", "distributed": "cook"}
 
 # scene: its file, comparisons (one method, another, class)
 USUAL = [("path", "bdpt", "asked"), ("light", "bdpt", "shown"), ("vcm", "bdpt", "all")]
+# Paths in media are not among the states of `mlt` and `erpt`.
+CHANGED = [(m, "bdpt guided", "all") for m in ("pssmlt", "mmlt", "mlt", "erpt")]
 TREES = [("whitted", "path", "whitted"), ("distributed", "path", "cook")]
 SCENES = {
-    "cornell-box": ("scene.pbrt", [("path", "bdpt", "all"), *USUAL[1:], ("sppm", "bdpt", "all"), *TREES]),
-    "plates": ("scene.pbrt", [("path", "bdpt", "all"), ("light", "bdpt", "matte"), USUAL[2], *TREES]),
-    "sky": ("scene.xml", USUAL + TREES),
-    "lamp-room": ("scene.xml", USUAL + TREES),
-    "door": ("scene.xml", USUAL + TREES),
-    "glass-sphere": ("scene.xml", USUAL + [("sppm", "bdpt", "shown"), *TREES]),
-    "ring": ("scene.xml", USUAL + [("sppm", "bdpt", "shown"), *TREES]),
-    "pool-large": ("large.xml", [("path", "bdpt", "all"), *USUAL[1:], ("sppm", "bdpt", "all")]),
-    "pool-small": ("small.xml", [USUAL[0], USUAL[1], ("vcm", "bdpt", "asked"), ("vcm", "sppm", "all")]),
-    "fog": ("scene.pbrt", USUAL),
+    "cornell-box": ("scene.pbrt", [("path", "bdpt", "all"), *USUAL[1:], ("sppm", "bdpt", "all"), *TREES, *CHANGED]),
+    "plates": ("scene.pbrt", [("path", "bdpt", "all"), ("light", "bdpt", "matte"), USUAL[2], *TREES, *CHANGED]),
+    "sky": ("scene.xml", USUAL + TREES + CHANGED),
+    "lamp-room": ("scene.xml", USUAL + TREES + CHANGED),
+    "door": ("scene.xml", USUAL + TREES + CHANGED),
+    "glass-sphere": ("scene.xml", USUAL + [("sppm", "bdpt", "shown"), *TREES, *CHANGED]),
+    "ring": ("scene.xml", USUAL + [("sppm", "bdpt", "shown"), *TREES, *CHANGED]),
+    "pool-large": ("large.xml", [("path", "bdpt", "all"), *USUAL[1:], ("sppm", "bdpt", "all"), *CHANGED]),
+    "pool-small": ("small.xml", [USUAL[0], USUAL[1], ("vcm", "bdpt", "asked"), ("vcm", "sppm", "all"), *CHANGED]),
+    "fog": ("scene.pbrt", USUAL + CHANGED[:2]),
     "gloss": ("scene.xml", TREES),
     "history": ("scene.xml", TREES),
 }
@@ -70,7 +80,7 @@ SCENES = {
 
 def render(kaustika, scene, method, seed, resolution, classes, image):
     passes, parameters = METHODS[method]
-    command = [kaustika, "render", scene, "-q", "-m", method, "--spp", str(passes), "--seed", str(seed), "-o", image,
+    command = [kaustika, "render", scene, "-q", "-m", method.split()[0], "--spp", str(passes), "--seed", str(seed), "-o", image,
                "--sampler", "independent", "--filter", "box", *(["--resolution", resolution] if resolution else [])]
     command += [x for p in parameters for x in ("-p", p)]
     if method not in WHOLE:
@@ -82,11 +92,11 @@ def render(kaustika, scene, method, seed, resolution, classes, image):
     return {c: pixels[..., [names.index(prefix(c) + k) for k in "RGB"]].astype(np.float64) for c in classes}
 
 
-def parts(pixels):
-    """Means of the picture and of its tiles, in each channel."""
+def parts(pixels, each):
+    """Means of the picture and of its tiles, and perhaps each pixel, in each channel."""
     h, w, _ = pixels.shape
     tiles = [pixels[y:y + TILE, x:x + TILE].mean((0, 1)) for y in range(0, h, TILE) for x in range(0, w, TILE)]
-    return np.array([pixels.mean((0, 1))] + tiles)
+    return np.concatenate([[pixels.mean((0, 1))], tiles, *[pixels.reshape(-1, 3)] * each])
 
 
 def welch(a, b):
@@ -111,11 +121,12 @@ def main():
     ap.add_argument("--resolution", default="64x48")
     ap.add_argument("--kaustika", default=os.path.join(ROOT, "target", "release", "kaustika"))
     ap.add_argument("--fault", default="none=1")
+    ap.add_argument("--pixels", action="store_true", help="compare each pixel, too")
     ap.add_argument("--of", nargs="*", help="only comparisons of these methods with others")
     a = ap.parse_args()
     files = {os.path.basename(os.path.dirname(os.path.abspath(f))): f for f in a.scenes if os.path.isfile(f)}
     a.scenes = [next((name for name, file in files.items() if file == s), s) for s in a.scenes]
-    scenes = {**SCENES, **{name: (file, USUAL + TREES) for name, file in files.items()}}
+    scenes = {**SCENES, **{name: (file, USUAL + TREES + CHANGED) for name, file in files.items()}}
     unknown = [s for s in a.scenes if s not in scenes]
     if unknown:
         ap.error("no scene %s; there are %s" % (", ".join(unknown), ", ".join(SCENES)))
@@ -135,24 +146,27 @@ def main():
                 for seed in range(first, first + a.seeds):
                     layers = render(a.kaustika, scene, method, seed, a.resolution, classes, os.path.join(folder, "image.exr"))
                     for c, pixels in layers.items():
-                        seen.setdefault((method, c), []).append(parts(pixels) * (float(factor) if method == fault else 1))
+                        tiles = math.prod(-(-n // TILE) for n in pixels.shape[:2])
+                        seen.setdefault((method, c), []).append(parts(pixels, a.pixels) * (float(factor) if method == fault else 1))
             for one, other, c in comparisons:
                 x, y = np.array(seen[one, c]), np.array(seen[other, c])
                 z = welch(x, y)
                 tests += z.size
                 grey = [v[:, 0].mean(1) for v in (x, y)]
                 error = math.sqrt(sum(g.var(ddof=1) / len(g) / g.mean() ** 2 for g in grey))
-                rows.append((name, one, other, c, grey[0].mean() / grey[1].mean(), error, z))
+                rows.append((name, one, other, c, grey[0].mean() / grey[1].mean(), error, z, tiles))
             print("%s: done" % name, file=sys.stderr)
 
     alone = -math.expm1(math.log1p(-SIGNIFICANCE) / tests)
-    print("| scene | methods | class | ratio of means | its error | largest z of the means | of the tiles | agree |\n" + "|---" * 8 + "|")
+    columns = ["scene", "methods", "class", "ratio of means", "its error", "largest z of the means", "of the tiles", *["of the pixels"] * a.pixels, "agree"]
+    print("| %s |\n" % " | ".join(columns) + "|---" * len(columns) + "|")
     rejected = False
-    for name, one, other, c, ratio, error, z in rows:
-        worst = [np.abs(z[:1]).max(), np.abs(z[1:]).max()]
+    for name, one, other, c, ratio, error, z, tiles in rows:
+        worst = [np.abs(part).max() for part in np.split(z, [1, 1 + tiles]) if part.size]
         ok = math.erfc(max(worst) / math.sqrt(2)) > alone
         rejected |= not ok
-        print("| %s | `%s`, `%s` | %s | %.4f | %.4f | %.2f | %.2f | %s |" % (name, one, other, c, ratio, error, *worst, "yes" if ok else "**no**"))
+        cells = [name, "`%s`, `%s`" % (one, other), c, "%.4f" % ratio, "%.4f" % error, *["%.2f" % w for w in worst], "yes" if ok else "**no**"]
+        print("| %s |" % " | ".join(cells))
     bound = next(x for x in np.arange(0, 10, 0.01) if math.erfc(x / math.sqrt(2)) < alone)
     print("\n%d tests together, significance %g: each z may reach %.2f." % (tests, SIGNIFICANCE, bound))
     sys.exit(rejected)

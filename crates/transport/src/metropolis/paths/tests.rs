@@ -4,8 +4,14 @@
 //! E[ W(x) a(x→y) (φ(y) - φ(x)) ] = 0        for every φ, if (1) of the sampler holds      (1)
 //! ```
 //!
+//! and as much light goes from one cell of path space to another as comes back:
+//!
+//! ```text
+//! E[ W(x) a(x→y) (1[x ∈ i, y ∈ j] - 1[x ∈ j, y ∈ i]) ] = 0                                (2)
+//! ```
+//!
 //! x is a candidate for a start, W its weight, y what a mutation proposes, a its acceptance. Every
-//! candidate is an independent sample of (1), so that small errors in a density show.
+//! candidate is an independent sample of (1) and (2), so that small errors in a density show.
 
 use super::bidirectional::Lengths;
 use super::params::Mutation;
@@ -74,14 +80,54 @@ fn features(x: &Path) -> [f64; 11] {
     ]
 }
 
-/// (1) for each φ, and the share of starts that moved.
+/// Cells of (2): by bounces, halves of the film, and length.
+const CELLS: usize = 24;
+
+fn cell([x, y, bounces, _, length, ..]: &[f64; 11], fewest: usize) -> usize {
+    let halves = [*x > f64::from(SIZE[0]) / 2.0, *y > f64::from(SIZE[1]) / 2.0, *length > 4.0];
+    let more = (*bounces as usize - fewest).min(2);
+    halves.iter().fold(more, |cell, &h| 2 * cell + usize::from(h))
+}
+
+/// The histogram of (2): what goes from cell i to cell j, and the same of squares.
+struct Flows(Vec<[f64; 2]>);
+
+impl Flows {
+    fn new() -> Flows {
+        Flows(vec![[0.0; 2]; CELLS * CELLS])
+    }
+
+    fn add(&mut self, i: usize, j: usize, light: f64) {
+        let [sum, squares] = &mut self.0[i * CELLS + j];
+        *sum += light;
+        *squares += light * light;
+    }
+
+    fn merge(&mut self, other: &Flows) {
+        for (a, b) in self.0.iter_mut().flatten().zip(other.0.iter().flatten()) {
+            *a += b;
+        }
+    }
+
+    /// Of two cells what goes from one to the other more than back, as a normal score: the largest, and whose it is.
+    fn worst(&self) -> (f64, [usize; 2]) {
+        let pairs = (0..CELLS).flat_map(|i| (0..i).map(move |j| [i, j]));
+        let score = |[i, j]: [usize; 2]| {
+            let ([there, a], [back, b]) = (self.0[i * CELLS + j], self.0[j * CELLS + i]);
+            if a + b > 0.0 { (there - back) / (a + b).sqrt() } else { 0.0 }
+        };
+        pairs.map(|p| (score(p), p)).max_by(|a, b| a.0.abs().total_cmp(&b.0.abs())).expect("cells")
+    }
+}
+
+/// (1) for each φ, the share of starts that moved, and (2).
 fn drift(
     scene: &Scene,
     lengths: Lengths,
     kind: Mutation,
     candidates: u64,
     seed: u64,
-) -> (Vec<RunningMean>, f64) {
+) -> (Vec<RunningMean>, f64, Flows) {
     let config = SamplerConfig { kind: SamplerKind::Independent, seed, spp: 1, resolution: SIZE };
     let frame = Frame::new(SIZE, FilterDesc::BOX, config);
     let mut mlt = Mlt::new(PathParams::default());
@@ -90,6 +136,7 @@ fn drift(
         let mut tracer = mlt.tracer(scene, &frame);
         let mut means = vec![RunningMean::new(); FEATURES.len()];
         let mut moved = RunningMean::new();
+        let mut flows = Flows::new();
         for number in c * 1024..candidates.min((c + 1) * 1024) {
             let mut draws = stream(seed, 0x7465_7374, number);
             let mut one = || {
@@ -101,27 +148,32 @@ fn drift(
             };
             let found = one();
             moved.push(found.as_ref().map_or(0.0, |f| f64::from(u8::from(f.0 > 0.0))));
+            if let Some((wa, x, y)) = &found {
+                flows.add(cell(x, lengths.fewest), cell(y, lengths.fewest), *wa);
+            }
             for (k, m) in means.iter_mut().enumerate() {
                 m.push(found.as_ref().map_or(0.0, |(wa, x, y)| wa * (y[k] - x[k])));
             }
         }
-        (means, moved)
+        (means, moved, flows)
     };
     let workers = Workers::new(2, Arc::default()).expect("threads");
     let parts: Vec<_> =
         workers.install(|| (0..candidates.div_ceil(1024)).into_par_iter().map(chunk).collect());
     let mut means = vec![RunningMean::new(); FEATURES.len()];
     let mut moved = RunningMean::new();
-    for (m, k) in &parts {
+    let mut flows = Flows::new();
+    for (m, k, f) in &parts {
         means.iter_mut().zip(m).for_each(|(a, b)| a.merge(b));
         moved.merge(k);
+        flows.merge(f);
     }
-    (means, moved.mean())
+    (means, moved.mean(), flows)
 }
 
 /// Fails if a mutation draws light anywhere; at least `moving` of the candidates must move.
 fn stays(what: &str, scene: &Scene, lengths: Lengths, kind: Mutation, moving: f64) {
-    let (drifts, moved) = drift(scene, lengths, kind, 400_000, 4400);
+    let (drifts, moved, flows) = drift(scene, lengths, kind, 400_000, 4400);
     assert!(moved > moving, "{what}, {kind:?}: {moved} moved");
     for (name, d) in FEATURES.iter().zip(&drifts) {
         let error = d.standard_error();
@@ -133,11 +185,29 @@ fn stays(what: &str, scene: &Scene, lengths: Lengths, kind: Mutation, moving: f6
             d.mean(),
         );
     }
+    // At most 10,000 pairs of cells: 1 % for all of them.
+    let (z, [i, j]) = flows.worst();
+    assert!(p_two_sided(z.abs()) > 1e-6, "{what}, {kind:?}: cells {i} and {j} differ by {z} σ");
 }
 
 fn wall(stage: &mut Stage, t: kaustika_math::Transform, m: MaterialId) {
     let m = stage.two_sided(m);
     stage.shape(GeometryDesc::Rectangle, t, m);
+}
+
+/// A matte room with a lamp.
+fn matte_room() -> Scene {
+    let mut stage = Stage::new();
+    let (white, red) = (stage.diffuse(0.7), stage.diffuse(0.3));
+    let (x, y) = (v(1.0, 0.0, 0.0), v(0.0, 1.0, 0.0));
+    wall(&mut stage, HERE, white);
+    wall(&mut stage, at(0.0, 1.0, 1.0) * rotate(90.0, x), white);
+    wall(&mut stage, at(-1.0, 0.0, 1.0) * rotate(90.0, y), red);
+    wall(&mut stage, at(1.0, 0.0, 1.0) * rotate(90.0, y), white);
+    stage.shape(sphere(0.3), at(-0.35, 0.1, 0.31), red);
+    stage.lamp(GeometryDesc::Rectangle, at(0.2, 0.1, 1.7) * down() * scale(0.3, 0.2, 1.0), 8.0);
+    stage.camera(pinhole(60.0), look(v(0.1, -2.6, 1.0), v(0.0, 0.0, 0.7)), SIZE);
+    stage.build()
 }
 
 /// A room with a lamp, a block of rough metal and a ball of glass, seen through a lens.
@@ -258,6 +328,16 @@ fn no_mutation_draws_light_where_it_does_not_belong() {
     for (what, scene) in [("glass", glass_room()), ("hall", mirror_hall()), ("water", water())] {
         for kind in Mutation::ALL {
             stays(what, &scene, lengths, kind, 0.001);
+        }
+    }
+}
+
+#[test]
+fn matte_paths_go_as_often_as_they_come_back() {
+    let scene = matte_room();
+    for (fewest, most) in [(2, 2), (1, 3)] {
+        for kind in [Mutation::Bidirectional, Mutation::Lens, Mutation::Caustic] {
+            stays("matte", &scene, Lengths { fewest, most }, kind, 0.01);
         }
     }
 }
