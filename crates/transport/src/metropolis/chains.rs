@@ -253,7 +253,8 @@ impl<W: Saved + Clone + Send + Sync + Visitor> Chains<W> {
     fn apart(errors: &Errors) -> f64 {
         let all: f64 = errors.light.iter().sum();
         let apart = errors.light.iter().zip(&errors.r_hat).filter(|(_, r)| **r > AGREE);
-        apart.map(|(l, _)| l).sum::<f64>() / all.max(1e-300)
+        // None would sum up to -0.
+        apart.fold(0.0, |sum, (l, _)| sum + l) / all.max(1e-300)
     }
 
     /// See [`Method::trust`](crate::Method::trust).

@@ -16,11 +16,16 @@ const SIZE: [u32; 2] = [48, 32];
 /// Tiles of 16 x 16 pixels.
 const TILES: usize = 6;
 
-fn lamp_room() -> Scene {
+/// Under a lamp of this radiance.
+fn lamp_room(radiance: f32) -> Scene {
     let mut stage = room();
     let glass = stage.glass(1.5, 0.0);
     stage.shape(sphere(0.25), at(0.45, -0.2, 0.26), glass);
-    stage.lamp(GeometryDesc::Rectangle, at(0.2, 0.1, 1.7) * down() * scale(0.3, 0.2, 1.0), 8.0);
+    stage.lamp(
+        GeometryDesc::Rectangle,
+        at(0.2, 0.1, 1.7) * down() * scale(0.3, 0.2, 1.0),
+        radiance,
+    );
     stage.camera(pinhole(60.0), look(v(0.1, -2.6, 1.0), v(0.0, 0.0, 0.7)), SIZE);
     stage.build()
 }
@@ -86,7 +91,7 @@ fn chi_squares(scene: &Scene, method: &str, p: &Value, seed: u64) -> [f64; 2] {
 #[test]
 fn reported_errors_are_those_of_independent_renders() {
     // With 16 groups χ² is 15/13 on average; over 282 degrees of freedom it strays from that by a tenth.
-    let scene = lamp_room();
+    let scene = lamp_room(8.0);
     for (i, method) in ["pssmlt", "mmlt", "mlt"].into_iter().enumerate() {
         let p = json!({"max_depth": 5, "steps": 1, "chains": 128, "bootstrap": 16384, "brightness_error": 1.0});
         let [groups, passes] = chi_squares(&scene, method, &p, 700 + i as u64);
@@ -98,7 +103,7 @@ fn reported_errors_are_those_of_independent_renders() {
 
 #[test]
 fn chains_that_keep_to_parts_are_told() {
-    let scene = lamp_room();
+    let scene = lamp_room(8.0);
     let warns = |method: &str, renew: u32, p: Value| {
         let mut all =
             json!({"max_depth": 5, "steps": 1, "chains": 32, "bootstrap": 4096, "renew": renew});
@@ -128,4 +133,20 @@ fn chains_that_keep_to_parts_are_told() {
     assert!(warned("mmlt", small.clone()));
     assert!(warned("pssmlt", small));
     assert!(warned("pssmlt", over_path));
+}
+
+#[test]
+fn light_that_is_no_number_is_refused_and_counted() {
+    // Products of such a lamp's radiance are often too large for a number; those of the second are for the film, too.
+    for (method, radiance) in [("pssmlt", 1e37), ("mmlt", 1e37), ("mlt", 3e38), ("erpt", 3e38)] {
+        let p = json!({"max_depth": 3, "direct": "together", "bootstrap": 4096});
+        let (made, tree) = render(&lamp_room(radiance), method, &p, 4, 750);
+        let report = made.report();
+        let refused = report.iter().find(|(k, _)| k == "not_numbers").expect("reported").1;
+        assert!(refused > 0.0, "{method}");
+        let total = tree.total().expect("passes");
+        let pixels = (0..(SIZE[0] * SIZE[1]) as usize).map(|i| total.rgb(i));
+        let sum: f64 = pixels.flatten().map(f64::from).sum();
+        assert!(sum > 0.0 && (sum.is_finite() || radiance > 1e38), "{method}: {sum}");
+    }
 }

@@ -159,7 +159,13 @@ impl Walk {
         let mut tally = Tally::new(STRATEGIES.len());
         tally.still = [self.still; 2];
         let mut record = |x: &State, weight: f64| deposit(&x.splats, weight * unit / x.f, out);
-        let mut chain = Chain::new(std::mem::take(&mut self.state), Recording::Expected);
+        let mut state = std::mem::take(&mut self.state);
+        if !state.f.is_finite() {
+            // A strategy of a candidate may be too bright for numbers where all together were not. It is left for any light.
+            tally.bad += 1;
+            (state.f, state.splats) = (0.0, Vec::new());
+        }
+        let mut chain = Chain::new(state, Recording::Expected);
         let mut proposal = State::default();
         let [decisions, draws @ ..] = &mut self.draws;
         for _ in 0..count {
