@@ -9,7 +9,7 @@ use kaustika_film::path_expression::{ExpressionError, PathClasses, PathLayer};
 use kaustika_math::Vec2;
 use kaustika_sampling::{SamplerConfig, SamplerKind};
 use kaustika_scene::description::{
-    FilterChoice, GBufferSpace, SceneDescription, SourceFormat, Span, nearest_name,
+    FilterChoice, GBufferSpace, SceneDescription, SourceFormat, Span,
 };
 use kaustika_scene::{BuildError, LightSelectionKind, Scene, SceneOptions};
 use kaustika_spectra::{ColorMode, ColorSpace, Sensor};
@@ -115,7 +115,7 @@ impl Setup {
         let known = (entry.parameters)();
         let parameters = parameters(description, &known, &options.parameters);
         let method = (entry.make)(&parameters).or_else(|e| {
-            check_parameters(entry, &known, &options.parameters)?;
+            check_parameters(entry, &options.parameters)?;
             Err(SetupError::Choice(format!("method `{name}`: {e}")))
         })?;
 
@@ -346,7 +346,7 @@ fn parameters(
 /// A note where the file limits the bounces of a method that knows no limit: its picture is brighter than that of those that do.
 fn unlimited(description: &SceneDescription, entry: &registry::Entry) -> Option<String> {
     let most = description.integrator.max_depth?;
-    let knows = (entry.parameters)().iter().any(|p| p.key == "max_depth");
+    let knows = entry.knows("max_depth").is_ok();
     let of_any_length = entry.info.path_class.contains('*');
     (of_any_length && !knows).then(|| {
         let name = entry.info.name;
@@ -358,25 +358,13 @@ fn unlimited(description: &SceneDescription, entry: &registry::Entry) -> Option<
 
 /// Each parameter of the user's on its own, so that the wrong one can be named. What is wrong alone may be
 /// right together with others.
-fn check_parameters(
-    entry: &registry::Entry,
-    known: &[registry::Parameter],
-    given: &[(String, String)],
-) -> Result<(), SetupError> {
+fn check_parameters(entry: &registry::Entry, given: &[(String, String)]) -> Result<(), SetupError> {
     let method = entry.info.name;
     let all =
         Map::from_iter(given.iter().map(|(key, value)| (key.clone(), registry::scalar(value))));
     let fit = (entry.make)(&all).is_ok();
     for (key, value) in given {
-        if !known.iter().any(|p| p.key == key) {
-            let keys: Vec<&str> = known.iter().map(|p| p.key).collect();
-            let advice = match nearest_name(key, &keys) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None => format!("known: {}", keys.join(", ")),
-            };
-            let message = format!("method `{method}` has no parameter `{key}`; {advice}");
-            return Err(SetupError::Choice(message));
-        }
+        entry.knows(key).map_err(SetupError::Choice)?;
         let alone = Map::from_iter([(key.clone(), registry::scalar(value))]);
         if let (false, Err(e)) = (fit, (entry.make)(&alone)) {
             let message = format!("parameter `{key}` of method `{method}`: {e}");

@@ -13,6 +13,7 @@ use crate::radiosity::{self, Radiosity};
 use crate::ray_tracing::backward::{self, Backward};
 use crate::ray_tracing::ray_tree::{self, RayTree};
 use crate::zbuffer::{self, ZBuffer};
+use kaustika_scene::description::known_names;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
@@ -28,6 +29,22 @@ pub struct Entry {
     pub parameters: fn() -> Vec<Parameter>,
     /// Makes it.
     pub make: Make,
+}
+
+impl Entry {
+    /// Whether it has a parameter of this key.
+    ///
+    /// # Errors
+    /// If not; with advice.
+    pub fn knows(&self, key: &str) -> Result<(), String> {
+        let parameters = (self.parameters)();
+        let known: Vec<&str> = parameters.iter().map(|p| p.key).collect();
+        if known.contains(&key) {
+            return Ok(());
+        }
+        let (name, advice) = (self.info.name, known_names(key, &known));
+        Err(format!("method `{name}` has no parameter `{key}`; {advice}"))
+    }
 }
 
 /// One parameter of a method.

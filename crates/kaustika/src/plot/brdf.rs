@@ -13,7 +13,7 @@ use kaustika_math::{Ray, Transform, Vec2, Vec3};
 use kaustika_scene::bsdf::{Lobes, Mode};
 use kaustika_scene::description::{
     CameraDesc, CameraKind, FilmDesc, FilterChoice, FovAxis, GeometryDesc, MaterialId,
-    SceneDescription, ShapeDesc, nearest_name,
+    SceneDescription, ShapeDesc, known_names,
 };
 use kaustika_scene::{BuildError, Scene, SceneOptions, Surface};
 use kaustika_spectra::{ColorMode, Spectrum, Wavelengths};
@@ -56,12 +56,10 @@ pub fn find(description: &SceneDescription, wanted: &str) -> Result<MaterialId, 
     found.map(|i| MaterialId(i as u32)).ok_or_else(|| {
         let named = materials.iter().map(|m| m.name.as_str()).filter(|n| !n.is_empty());
         let names: Vec<&str> = named.collect();
-        let advice = match nearest_name(wanted, &names) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None if names.is_empty() => {
-                format!("materials here have no names: say #0 to #{}", materials.len().max(1) - 1)
-            }
-            None => format!("known: {}", names.join(", ")),
+        let advice = if names.is_empty() {
+            format!("materials here have no names: say #0 to #{}", materials.len().max(1) - 1)
+        } else {
+            known_names(wanted, &names)
         };
         format!("no material `{wanted}`; {advice}")
     })

@@ -52,7 +52,9 @@ pub use sdf::{SdfGrid, SdfNormals};
 pub use shape::{
     EmissionDesc, GeometryDesc, GroupDesc, GroupId, InstanceDesc, MotionKey, ShapeDesc,
 };
-pub use source::{Diagnostic, Diagnostics, Severity, SourceFile, SourceMap, Span, nearest_name};
+pub use source::{
+    Diagnostic, Diagnostics, Severity, SourceFile, SourceMap, Span, known_names, nearest_name,
+};
 pub use texture::{
     BitmapChannels, BitmapFilter, BitmapTexture, NoiseKind, TextureDesc, TextureId, TextureMapping,
     TextureNode, Wrap,

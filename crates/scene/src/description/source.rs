@@ -149,13 +149,17 @@ impl Diagnostic {
         self
     }
 
-    /// Advises the known name nearest to `found`, if one is near; else lists some known names.
+    /// Gives the advice of [`known_names`].
     pub fn nearest(&mut self, found: &str, known: &[&str]) -> &mut Self {
-        self.hint = Some(match nearest_name(found, known) {
-            Some(name) => format!("did you mean `{name}`?"),
-            None => format!("known: {}", known.join(", ")),
-        });
-        self
+        self.hint(known_names(found, known))
+    }
+}
+
+/// Advice for who wrote `found`: the known name nearest to it, if one is near; else all of them.
+pub fn known_names(found: &str, known: &[&str]) -> String {
+    match nearest_name(found, known) {
+        Some(name) => format!("did you mean `{name}`?"),
+        None => format!("known: {}", known.join(", ")),
     }
 }
 

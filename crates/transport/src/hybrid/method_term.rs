@@ -10,7 +10,6 @@ use crate::workers::Workers;
 use kaustika_film::path_expression::{PathClasses, PathLayer, Word};
 use kaustika_math::Vec2;
 use kaustika_scene::bsdf::{Bsdf, Lobes};
-use kaustika_scene::description::nearest_name;
 use kaustika_scene::{Light, Scene};
 use kaustika_spectra::Wavelengths;
 use serde_json::{Map, Value};
@@ -35,16 +34,8 @@ impl MethodTerm {
         let fail = |message: String| format!("the term `{}`: {message}", term.text);
         let entry = registry::find(name).ok_or_else(|| fail(unknown(name)))?;
         let mut all = Map::new();
-        let known = (entry.parameters)();
-        if let Some(key) = given.keys().find(|key| known.iter().all(|p| p.key != *key)) {
-            let known: Vec<&str> = known.iter().map(|p| p.key).collect();
-            let advice = match nearest_name(key, &known) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None => format!("known: {}", known.join(", ")),
-            };
-            return Err(fail(format!("method `{name}` has no parameter `{key}`; {advice}")));
-        }
-        if params.hide_emitters && known.iter().any(|p| p.key == "hide_emitters") {
+        given.keys().try_for_each(|key| entry.knows(key)).map_err(fail)?;
+        if params.hide_emitters && entry.knows("hide_emitters").is_ok() {
             all.insert("hide_emitters".into(), true.into());
         }
         all.extend(given.clone());
