@@ -48,11 +48,11 @@ METHODS = {
     "sppm": (64, ["radius=0.001", "alpha=1"]),
     "whitted": (64, []),
     "distributed": (64, []),
-    "bdpt guided": (64, ["guiding=true"]),
-    "pssmlt": (8, [*CHAINS, "steps=4"]),
-    "mmlt": (16, [*CHAINS, "steps=4"]),
-    "mlt": (16, CHAINS),
-    "erpt": (64, []),
+    "bdpt guided": (128, ["guiding=true"]),
+    "pssmlt": (32, [*CHAINS, "steps=4"]),
+    "mmlt": (64, [*CHAINS, "steps=4"]),
+    "mlt": (64, CHAINS),
+    "erpt": (256, []),
 }
 # methods that find one class alone: their picture is that class
 WHOLE = {"whitted": "whitted", "distributed": "cook"}
