@@ -4,8 +4,9 @@
     scripts/agreement.py [SCENE | FILE]... [--seeds 24] [--kaustika PROGRAM] [--resolution WxH] [--of METHOD...] [--pixels] [--fault METHOD=FACTOR]
 
 Every method renders every scene with as many seeds as asked for; two methods are compared on the light of one class of paths
-(`--layer`), which both must be able to sample: the mean of the picture and of each of its tiles of 16 x 16 pixels (with --pixels each pixel,
-too), in red, green and blue, by Welch's test over the seeds. All tests together have one significance of 1 % (Sidak). One table in Markdown; exit code 1 if
+(`--layer`), which both must be able to sample: the mean of the picture and of each of its tiles of 16 x 16 pixels, in red, green and blue,
+by Welch's test over the seeds; with --pixels each pixel, too, that at least half of the renders tell of, (sum x)^2 / sum x^2 >= seeds / 2, by
+both methods: where few renders found light the test's normal distribution is none. All tests together have one significance of 1 % (Sidak). One table in Markdown; exit code 1 if
 a test rejects. A FILE is any other scene, by its path, on which all comparisons are made that `--of` leaves. --fault makes one method's pictures brighter by a factor, to see the tests fail. Runs in a Python that has numpy and
 OpenImageIO. Build first: cargo build --release.
 """
@@ -114,6 +115,12 @@ def welch(a, b):
     return z
 
 
+def told(x):
+    """Where at least half of the renders tell of the mean."""
+    with np.errstate(invalid="ignore"):
+        return x.sum(0) ** 2 / (x ** 2).sum(0) >= len(x) / 2
+
+
 def main():
     ap = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     ap.add_argument("scenes", nargs="*", metavar="SCENE", help=", ".join(SCENES))
@@ -132,7 +139,7 @@ def main():
         ap.error("no scene %s; there are %s" % (", ".join(unknown), ", ".join(SCENES)))
     fault, factor = a.fault.split("=")
 
-    rows, tests = [], 0
+    rows, tests, compared = [], 0, []
     with tempfile.TemporaryDirectory() as folder:
         for name in a.scenes or SCENES:
             file, comparisons = scenes[name]
@@ -151,7 +158,10 @@ def main():
             for one, other, c in comparisons:
                 x, y = np.array(seen[one, c]), np.array(seen[other, c])
                 z = welch(x, y)
-                tests += z.size
+                pixels = z[1 + tiles:]
+                pixels[~(told(x) & told(y))[1 + tiles:]] = np.nan
+                compared.append(np.isfinite(pixels).mean() if a.pixels else 0)
+                tests += np.isfinite(z).sum()
                 grey = [v[:, 0].mean(1) for v in (x, y)]
                 error = math.sqrt(sum(g.var(ddof=1) / len(g) / g.mean() ** 2 for g in grey))
                 rows.append((name, one, other, c, grey[0].mean() / grey[1].mean(), error, z, tiles))
@@ -162,13 +172,15 @@ def main():
     print("| %s |\n" % " | ".join(columns) + "|---" * len(columns) + "|")
     rejected = False
     for name, one, other, c, ratio, error, z, tiles in rows:
-        worst = [np.abs(part).max() for part in np.split(z, [1, 1 + tiles]) if part.size]
+        worst = [np.nanmax(np.abs(part)) for part in np.split(z, [1, 1 + tiles]) if part.size]
         ok = math.erfc(max(worst) / math.sqrt(2)) > alone
         rejected |= not ok
         cells = [name, "`%s`, `%s`" % (one, other), c, "%.4f" % ratio, "%.4f" % error, *["%.2f" % w for w in worst], "yes" if ok else "**no**"]
         print("| %s |" % " | ".join(cells))
     bound = next(x for x in np.arange(0, 10, 0.01) if math.erfc(x / math.sqrt(2)) < alone)
     print("\n%d tests together, significance %g: each z may reach %.2f." % (tests, SIGNIFICANCE, bound))
+    if a.pixels:
+        print("Pixels that are compared: " + ", ".join("%s %s %.0f %%" % (*row[:2], 100 * c) for row, c in zip(rows, compared)))
     sys.exit(rejected)
 
 
